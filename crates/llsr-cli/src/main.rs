@@ -1,0 +1,3 @@
+//! The `llsr` command.
+
+fn main() {}

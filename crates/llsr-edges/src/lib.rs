@@ -1,0 +1,1 @@
+//! Silhouettes, creases and shadow edges of linear lights.

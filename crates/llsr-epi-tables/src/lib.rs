@@ -1,0 +1,1 @@
+//! Generator of the lookup tables of the edge-and-point image.

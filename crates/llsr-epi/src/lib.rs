@@ -1,0 +1,1 @@
+//! The edge-and-point image: rasterised edges, reachability, interpolation and anti-aliasing.

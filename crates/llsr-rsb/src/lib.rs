@@ -1,0 +1,1 @@
+//! Random seed bisection and its relatives: bracket a visibility change with few tests.

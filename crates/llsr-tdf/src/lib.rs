@@ -1,0 +1,1 @@
+//! Two-discontinuity finder, Voronoi search and a finder for any number of visibility changes.

@@ -1,0 +1,1 @@
+//! Slow oracles, corpora and proptest strategies for the tests of the workspace.

@@ -1,0 +1,1 @@
+//! Closest hit, occlusion and exact fan queries over a bounding volume hierarchy.
