@@ -21,7 +21,11 @@ impl Bracket {
     /// In debug builds, if `lo > hi` or an end is NaN.
     pub fn new(lo: f64, hi: f64, visible_at_lo: bool) -> Self {
         debug_assert!(lo <= hi, "bracket ends are out of order: {lo} > {hi}");
-        Self { lo, hi, visible_at_lo }
+        Self {
+            lo,
+            hi,
+            visible_at_lo,
+        }
     }
 
     /// Width in light parameters.
@@ -46,6 +50,10 @@ impl Bracket {
 
     /// The half of the bracket that still encloses a change, given the answer at `t` inside it.
     pub fn narrowed(self, t: f64, visible: bool) -> Self {
-        if visible == self.visible_at_lo { Self { lo: t, ..self } } else { Self { hi: t, ..self } }
+        if visible == self.visible_at_lo {
+            Self { lo: t, ..self }
+        } else {
+            Self { hi: t, ..self }
+        }
     }
 }

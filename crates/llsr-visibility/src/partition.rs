@@ -46,7 +46,12 @@ pub struct Panel {
 impl Panel {
     /// A panel whose ends are exact.
     pub fn exact(start: f64, end: f64) -> Self {
-        Self { start, end, start_uncertainty: 0.0, end_uncertainty: 0.0 }
+        Self {
+            start,
+            end,
+            start_uncertainty: 0.0,
+            end_uncertainty: 0.0,
+        }
     }
 
     /// Width in light parameters.
@@ -90,7 +95,10 @@ impl Partition {
 
     /// All of [0, 1] is visible.
     pub fn lit() -> Self {
-        Self { panels: vec![Panel::exact(0.0, 1.0)], certificate: Certificate::Exact }
+        Self {
+            panels: vec![Panel::exact(0.0, 1.0)],
+            certificate: Certificate::Exact,
+        }
     }
 
     /// Makes nothing visible, exactly, and keeps the memory.
@@ -184,7 +192,12 @@ impl Partition {
             });
             (from, uncertainty) = (panel.end, panel.end_uncertainty);
         }
-        rest.push(Panel { start: from, end: 1.0, start_uncertainty: uncertainty, end_uncertainty: 0.0 });
+        rest.push(Panel {
+            start: from,
+            end: 1.0,
+            start_uncertainty: uncertainty,
+            end_uncertainty: 0.0,
+        });
     }
 
     /// Total visible width, in [0, 1].
@@ -210,7 +223,10 @@ impl Partition {
 
     /// The number of changes of visibility strictly inside (0, 1).
     pub fn discontinuities(&self) -> usize {
-        self.panels.iter().map(|p| usize::from(p.start > 0.0) + usize::from(p.end < 1.0)).sum()
+        self.panels
+            .iter()
+            .map(|p| usize::from(p.start > 0.0) + usize::from(p.end < 1.0))
+            .sum()
     }
 }
 
