@@ -1,3 +1,74 @@
-//! Tasks of the workspace.
+//! Tasks of the workspace: `cargo xtask` lists them.
 
-fn main() {}
+mod checks;
+mod layers;
+mod run;
+mod tidy;
+
+use std::process::ExitCode;
+
+const HELP: &str = "\
+cargo xtask TASK
+
+  test       all tests (unit, property, corpus, documentation)
+  checks     everything else that must hold: fmt clippy doc msrv tidy layers deny
+  ci         test, then checks
+
+  fmt clippy doc msrv tidy layers deny     one check alone
+";
+
+/// The checks beside the tests, in the order in which they run: quick ones first.
+const CHECKS: &[(&str, fn() -> Result<(), String>)] = &[
+    ("fmt", checks::fmt),
+    ("tidy", tidy::run),
+    ("layers", layers::run),
+    ("msrv", checks::msrv),
+    ("clippy", checks::clippy),
+    ("doc", checks::doc),
+    ("deny", checks::deny),
+];
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let rest = args.get(1..).unwrap_or_default();
+    let result = match args.first().map(String::as_str) {
+        Some("test") => checks::test(rest),
+        Some("checks") => all_checks(),
+        Some("ci") => checks::test(rest).and_then(|()| all_checks()),
+        Some(name) => match CHECKS.iter().find(|check| check.0 == name) {
+            Some((_, check)) => check(),
+            None => Err(format!("there is no task '{name}'\n\n{HELP}")),
+        },
+        None => {
+            print!("{HELP}");
+            Ok(())
+        }
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs every check, also after one has failed, and says which failed.
+fn all_checks() -> Result<(), String> {
+    let mut failed = Vec::new();
+    for (name, check) in CHECKS {
+        let start = std::time::Instant::now();
+        println!("== {name}");
+        if let Err(message) = check() {
+            eprintln!("{message}");
+            failed.push(*name);
+        }
+        println!("== {name}: {:.1} s", start.elapsed().as_secs_f64());
+    }
+    println!("{} passed, {} failed", CHECKS.len() - failed.len(), failed.len());
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("failed: {}", failed.join(", ")))
+    }
+}

@@ -1,0 +1,236 @@
+//! The command line as typed: flags and their texts, checked only for form.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+
+/// Finished soft shadows from tube lights.
+///
+/// Without a command, renders the built-in subway scene to llsr.png.
+#[derive(Debug, Parser)]
+#[command(name = "llsr", version, max_term_width = 110, disable_help_subcommand = true)]
+#[command(after_help = "Scenes are .obj, .gltf or .glb files, or demo:NAME (see `llsr demo`).\n\
+    Exit codes: 0 done, 1 the work failed, 2 the command line is wrong.")]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// Flags that every command takes.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Common {
+    /// Number of threads [default: all cores]; the picture does not depend on it
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// Seed of all random choices
+    #[arg(long, global = true, value_name = "S", default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Write a JSON report of what was done and how long it took (bench: CSV)
+    #[arg(long, global = true, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a picture (.png for looking at, .exr with layers for work)
+    Render(RenderArgs),
+    /// Say what a scene file holds: units, camera, lights, repairs and what was left out
+    Info(InfoArgs),
+    /// Compare two pictures: rmse, rel_rmse, max, psnr and flip
+    Diff(DiffArgs),
+    /// List the built-in scenes, or write one as glTF
+    Demo(DemoArgs),
+}
+
+/// The scene and the camera, for every command that looks at one.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct SceneArgs {
+    /// Scene file (.obj, .gltf, .glb) or demo:NAME
+    #[arg(value_name = "SCENE", default_value = "demo:subway")]
+    pub(crate) scene: String,
+    /// Turn the long thin parts of MATERIAL into tube lights of that flux each (3000lm or 36W)
+    #[arg(long, value_name = "MATERIAL=FLUX", help_heading = "Lights", allow_hyphen_values = true)]
+    pub(crate) tube: Vec<String>,
+    /// Add a linear light from A to B (metres), as x,y,z:x,y,z=3000lm or =36W
+    #[arg(long, value_name = "A:B=FLUX", help_heading = "Lights", allow_hyphen_values = true)]
+    pub(crate) line_light: Vec<String>,
+    /// Emission law of the lights given here: diffuse falls with the sine of the angle to the axis
+    #[arg(long, value_enum, help_heading = "Lights", value_name = "LAW")]
+    pub(crate) emission: Option<Emission>,
+    /// Use the camera of that name
+    #[arg(long, value_name = "NAME", help_heading = "Camera", conflicts_with_all = ["look_from", "look_at"])]
+    pub(crate) camera: Option<String>,
+    /// Position of the camera
+    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) look_from: Option<DVec3>,
+    /// Point that the camera looks at
+    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) look_at: Option<DVec3>,
+    /// Upward direction of the picture [default: 0,1,0]
+    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) up: Option<DVec3>,
+    /// Vertical opening angle of the camera in degrees
+    #[arg(long, value_name = "DEG", help_heading = "Camera", value_parser = field_of_view)]
+    pub(crate) fov: Option<f64>,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "512x512", help_heading = "Camera", value_parser = size)]
+    pub(crate) size: (u32, u32),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Emission {
+    Diffuse,
+    Isotropic,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Picture to write, .png or .exr
+    #[arg(short, long, value_name = "FILE", default_value = "llsr.png")]
+    pub(crate) output: PathBuf,
+    /// How the visible part of a light is found
+    #[arg(short, long, value_enum, default_value_t = Method::Auto, hide_possible_values = true, value_name = "M",
+        long_help = METHODS)]
+    pub(crate) method: Method,
+    /// Tolerance of a change's place, as a share of the light's length
+    #[arg(long, value_name = "E", default_value_t = 0.05, value_parser = share)]
+    pub(crate) epsilon: f64,
+    /// Widest gap, as a share of the light's length, that a search may overlook
+    #[arg(long, value_name = "N", default_value_t = 0.25, value_parser = share)]
+    pub(crate) nu: f64,
+    /// Samples of a light for gauss, hpd, stratified and uniform
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(crate) samples: u32,
+    /// Rays through a pixel; 1 is its centre
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) spp: u32,
+    /// Layers of an .exr beside the picture, separated by commas
+    #[arg(long, value_name = "LIST", value_delimiter = ',', long_help = LAYERS)]
+    pub(crate) aov: Vec<String>,
+    /// Exposure of a .png in stops; chosen from the picture if left out
+    #[arg(long, value_name = "EV", allow_hyphen_values = true)]
+    pub(crate) exposure: Option<f32>,
+    /// Tone curve of a .png
+    #[arg(long, value_enum, default_value_t = Tone::Filmic)]
+    pub(crate) tone: Tone,
+}
+
+const METHODS: &str = "How the visible part of a light is found:
+  auto                 the best there is for the scene (default)
+  tdf                  two-discontinuity finder with random seed bisection (1999)
+  rsb, dithered, random-cut, bisection, jittered-bisection
+                       two end tests and, where they differ, one change found that way
+  gauss, hpd, stratified, uniform
+                       --samples points on the light, each tested";
+
+const LAYERS: &str = "Layers of an .exr beside the picture, separated by commas:
+  irradiance           on the visible side, all lights together (lux or W/m2)
+  irradiance:LIGHT     of one light; irradiance:* for each
+  discontinuities      changes of visibility along the lights
+  tests                visibility tests
+  certificate          0 exact, 1 ends exact and gaps bounded by nu, 2 sampled
+  albedo, normal       of the surface
+  depth                distance along the ray (m)";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    Auto,
+    Tdf,
+    Rsb,
+    Dithered,
+    RandomCut,
+    Bisection,
+    JitteredBisection,
+    Gauss,
+    Hpd,
+    Stratified,
+    Uniform,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Tone {
+    /// Plain sRGB, clipped at 1
+    Srgb,
+    /// A soft shoulder that keeps bright parts apart
+    Filmic,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct DiffArgs {
+    /// Picture (.png or .exr)
+    #[arg(value_name = "A")]
+    pub(crate) a: PathBuf,
+    /// Reference picture; its brightness sets the scale
+    #[arg(value_name = "B")]
+    pub(crate) b: PathBuf,
+    /// Write a picture of where they differ
+    #[arg(short, long, value_name = "HEAT.png")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct DemoArgs {
+    /// Name of a built-in scene; without it they are listed
+    #[arg(value_name = "NAME")]
+    pub(crate) name: Option<String>,
+    /// File to write (.gltf or .glb) [default: NAME.gltf]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+fn vector(text: &str) -> Result<DVec3, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let [x, y, z] = parts[..] else {
+        return Err("three numbers with commas between are needed, as in 1.5,0,-2".to_owned());
+    };
+    let number = |part: &str| match part.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("'{part}' is not a finite number")),
+    };
+    Ok(DVec3::new(number(x)?, number(y)?, number(z)?))
+}
+
+fn field_of_view(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 180.0 => Ok(value),
+        _ => Err("an angle above 0 and below 180 degrees is needed".to_owned()),
+    }
+}
+
+/// Largest width or height that a picture may have.
+const MAX_SIDE: u32 = 32_768;
+/// Largest number of pixels.
+const MAX_PIXELS: u64 = 1 << 28;
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let wanted = "a size like 512x512 is needed";
+    let (width, height) = text.split_once(['x', 'X']).ok_or(wanted)?;
+    let side = |part: &str| part.trim().parse::<u32>().map_err(|_| wanted);
+    let (width, height) = (side(width)?, side(height)?);
+    let fits = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
+    if !fits || u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(format!("sides go from 1 to {MAX_SIDE} and a picture has at most 2^28 pixels"));
+    }
+    Ok((width, height))
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("a share of the light above 0 and at most 1 is needed".to_owned()),
+    }
+}
