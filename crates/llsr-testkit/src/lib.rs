@@ -1,1 +1,3 @@
 //! Slow oracles, corpora and proptest strategies for the tests of the workspace.
+
+pub mod quadrature;

@@ -1,0 +1,9 @@
+//! Slow oracles for integrals over lights: adaptive quadrature of the defining integrals.
+
+mod adaptive;
+mod double_double;
+mod line;
+
+pub use adaptive::{Sum, adaptive};
+pub use double_double::{DoubleDouble, WideVec3};
+pub use line::{Law, line_irradiance};
