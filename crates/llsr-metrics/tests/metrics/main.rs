@@ -1,0 +1,5 @@
+//! Tests of the public interface.
+
+mod common;
+mod flip;
+mod measures;
