@@ -23,5 +23,5 @@ mod oracle;
 mod partition;
 
 pub use bracket::Bracket;
-pub use oracle::{Counting, Visibility};
-pub use partition::{Certificate, Panel, Partition};
+pub use oracle::{ByRef, Counting, Visibility};
+pub use partition::{Certificate, Change, Panel, Partition};

@@ -29,6 +29,33 @@ impl<F: FnMut(f64) -> bool> Visibility for F {
     }
 }
 
+/// A borrowed oracle is an oracle, so that a wrapper can be put round it for a while.
+///
+/// A type of its own because `&mut V` may already be an oracle, for being a closure.
+///
+/// ```
+/// use llsr_visibility::{ByRef, Counting, Visibility};
+///
+/// fn search(oracle: &mut impl Visibility) -> u32 {
+///     let mut counting = Counting::new(ByRef(oracle));
+///     counting.visible(0.5);
+///     counting.tests()
+/// }
+/// assert_eq!(search(&mut |t: f64| t < 0.3), 1);
+/// ```
+#[derive(Debug)]
+pub struct ByRef<'a, V: ?Sized>(pub &'a mut V);
+
+impl<V: Visibility + ?Sized> Visibility for ByRef<'_, V> {
+    fn visible(&mut self, t: f64) -> bool {
+        self.0.visible(t)
+    }
+
+    fn visible_each(&mut self, ts: &[f64], answers: &mut [bool]) {
+        self.0.visible_each(ts, answers);
+    }
+}
+
 /// Wraps an oracle and counts the tests that it answers.
 #[derive(Clone, Debug)]
 pub struct Counting<V> {

@@ -24,9 +24,16 @@ impl Certificate {
         }
     }
 
-    /// The weaker of two promises.
+    /// The weaker of two promises. A gap bound that is not a number promises nothing: it is `Sampled`.
     pub fn weaker(self, other: Self) -> Self {
-        if other > self { other } else { self }
+        let promises_nothing = |c: &Self| matches!(c, Self::BoundedGaps(width) if width.is_nan());
+        if promises_nothing(&self) || promises_nothing(&other) {
+            Self::Sampled
+        } else if other > self {
+            other
+        } else {
+            self
+        }
     }
 }
 
@@ -63,6 +70,17 @@ impl Panel {
     pub fn is_empty(&self) -> bool {
         self.end <= self.start
     }
+}
+
+/// A place where the light turns from visible to hidden or back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// The place, a light parameter.
+    pub t: f64,
+    /// Half the width of the bracket in which the change is known to lie, in light parameters; 0 if exact.
+    pub uncertainty: f64,
+    /// Whether the light is visible just above `t`; just below, it is the opposite.
+    pub visible_above: bool,
 }
 
 /// The visible part of a light: panels of [0, 1], sorted, disjoint and of positive width.
@@ -139,8 +157,9 @@ impl Partition {
         if let Some(last) = self.panels.last_mut() {
             debug_assert!(panel.start >= last.end, "panels must be pushed in order");
             if panel.start <= last.end {
-                last.end = panel.end;
-                last.end_uncertainty = panel.end_uncertainty;
+                if panel.end > last.end {
+                    (last.end, last.end_uncertainty) = (panel.end, panel.end_uncertainty);
+                }
                 return;
             }
         }
@@ -202,7 +221,8 @@ impl Partition {
 
     /// Total visible width, in [0, 1].
     pub fn measure(&self) -> f64 {
-        self.panels.iter().map(Panel::len).sum()
+        // The widths are rounded one by one; their sum must not pass 1.
+        self.panels.iter().map(Panel::len).sum::<f64>().min(1.0)
     }
 
     /// True if nothing is visible.
@@ -223,10 +243,26 @@ impl Partition {
 
     /// The number of changes of visibility strictly inside (0, 1).
     pub fn discontinuities(&self) -> usize {
-        self.panels
-            .iter()
-            .map(|p| usize::from(p.start > 0.0) + usize::from(p.end < 1.0))
-            .sum()
+        self.changes().count()
+    }
+
+    /// The changes of visibility strictly inside (0, 1), from `t = 0` upwards.
+    pub fn changes(&self) -> impl Iterator<Item = Change> {
+        let ends = self.panels.iter().flat_map(|p| {
+            [
+                Change {
+                    t: p.start,
+                    uncertainty: p.start_uncertainty,
+                    visible_above: true,
+                },
+                Change {
+                    t: p.end,
+                    uncertainty: p.end_uncertainty,
+                    visible_above: false,
+                },
+            ]
+        });
+        ends.filter(|change| 0.0 < change.t && change.t < 1.0)
     }
 }
 
