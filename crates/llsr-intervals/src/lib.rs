@@ -1,1 +1,20 @@
-//! Outward-rounded intervals, interval vectors and the pruning tree for edges and faces.
+//! Outward-rounded intervals and interval vectors, and the tree of normals and positions that they prune.
+//!
+//! ```
+//! use llsr_intervals::IntervalVec3;
+//!
+//! let normals = IntervalVec3::of([[0.0f32, 0.8, 0.6], [0.1, 0.9, 0.4]]);
+//! let view = IntervalVec3::point(0.0, 1.0, 2.0);
+//! assert!(normals.dot(&view).certainly_positive(), "no silhouette edge among these faces");
+//! ```
+
+mod arithmetic;
+mod interval;
+mod real;
+mod slices;
+mod vector;
+
+pub use interval::Interval;
+pub use real::Real;
+pub use slices::IntervalSlices;
+pub use vector::IntervalVec3;

@@ -1,3 +1,4 @@
 //! Slow oracles, corpora and proptest strategies for the tests of the workspace.
 
+pub mod intervals;
 pub mod quadrature;
