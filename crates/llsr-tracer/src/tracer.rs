@@ -1,0 +1,513 @@
+//! The tracer: what is built from a scene, and its ray queries.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use llsr_scene::{Bounds, Geometry as Source, ObjectId, Scene};
+
+use crate::block::TriangleId;
+use crate::build::{ChildRef, WideTree};
+use crate::hit::{Hit, Surface};
+use crate::lanes::{Instructions, Kernel, Level, Simd};
+use crate::part::{Geometry, Placement};
+use crate::ray::RayFilter;
+use crate::shape::PlacedShape;
+use crate::traverse::{Closest, Stack, closest, segment_is_cut};
+
+/// Larger coordinates (m) are left out: their products would leave the range of single precision.
+pub const LARGEST_COORDINATE: f32 = 1e12;
+
+/// A mesh of at least this many triangles is kept once, however many objects show it.
+const INSTANCE_TRIANGLES: usize = 4096;
+
+/// What a tracer left out of a scene.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// Triangles with a corner that does not exist, is not finite or is beyond [`LARGEST_COORDINATE`].
+    BadTriangles {
+        /// Name of the object.
+        object: String,
+        /// How many.
+        count: usize,
+    },
+    /// Triangles with two equal corners; they cover nothing.
+    DegenerateTriangles {
+        /// Name of the object.
+        object: String,
+        /// How many.
+        count: usize,
+    },
+    /// A primitive without extent, or with numbers that are not finite or out of range.
+    BadPrimitive {
+        /// Name of the object.
+        object: String,
+    },
+    /// An object whose mesh does not exist.
+    MissingMesh {
+        /// Name of the object.
+        object: String,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BadTriangles { object, count } => {
+                write!(
+                    f,
+                    "object '{object}': {count} triangles with unusable corners left out"
+                )
+            }
+            Self::DegenerateTriangles { object, count } => {
+                write!(
+                    f,
+                    "object '{object}': {count} triangles with equal corners left out"
+                )
+            }
+            Self::BadPrimitive { object } => {
+                write!(f, "object '{object}': primitive without usable extent left out")
+            }
+            Self::MissingMesh { object } => write!(f, "object '{object}': its mesh does not exist"),
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Part {
+    geometry: Arc<Geometry>,
+    placement: Option<Placement>,
+}
+
+/// Answers visibility queries about a scene.
+///
+/// Meshes are put into the scene's frame by [`Affine3A::transform_point3`](glam::Affine3A::transform_point3) in single
+/// precision; the resulting vertices are the truth that all answers refer to. Large meshes that several objects
+/// share stay in their own frame.
+#[derive(Clone, Debug)]
+pub struct Tracer {
+    parts: Vec<Part>,
+    /// A tree whose items are parts.
+    top: WideTree,
+    level: Level,
+}
+
+impl Tracer {
+    /// Builds the trees for `scene`, and says what had to be left out.
+    ///
+    /// Cost: about a microsecond a triangle.
+    pub fn new(scene: &Scene) -> (Self, Vec<Warning>) {
+        let mut gather = Gather {
+            scene,
+            warnings: Vec::new(),
+            triangles: Vec::new(),
+            ids: Vec::new(),
+            shapes: Vec::new(),
+            instances: vec![Vec::new(); scene.meshes.len()],
+        };
+        gather.run();
+        let mut parts = Vec::new();
+        if !gather.ids.is_empty() || !gather.shapes.is_empty() {
+            parts.push(Part {
+                geometry: Arc::new(Geometry::new(&gather.triangles, &gather.ids, gather.shapes)),
+                placement: None,
+            });
+        }
+        for (mesh, objects) in gather.instances.iter().enumerate() {
+            let Some(&first) = objects.first() else { continue };
+            let (mut triangles, mut ids) = (Vec::new(), Vec::new());
+            let mesh = &scene.meshes[mesh];
+            let name = &scene.objects[first.index()].name;
+            collect(
+                mesh,
+                |p| p,
+                first,
+                name,
+                &mut triangles,
+                &mut ids,
+                &mut gather.warnings,
+            );
+            let geometry = Arc::new(Geometry::new(&triangles, &ids, Vec::new()));
+            for &object in objects {
+                let to_world = double(&scene.objects[object.index()].transform);
+                parts.push(Part {
+                    geometry: Arc::clone(&geometry),
+                    placement: Some(Placement {
+                        to_world,
+                        to_local: to_world.inverse(),
+                        object: object.0,
+                    }),
+                });
+            }
+        }
+        let boxes: Vec<Bounds> = parts.iter().map(Part::bounds).collect();
+        let top = WideTree::build(&boxes, |_| false, |_| {});
+        let tracer = Self {
+            parts,
+            top,
+            level: Level::new(Instructions::detect()),
+        };
+        (tracer, gather.warnings)
+    }
+
+    /// Uses at most the given instructions from now on. Answers stay the same.
+    pub fn restrict(&mut self, instructions: Instructions) {
+        self.level = Level::new(instructions.min(Instructions::detect()));
+    }
+
+    /// The instructions in use.
+    pub fn instructions(&self) -> Instructions {
+        self.level.instructions()
+    }
+
+    /// Does any surface cut the open segment from `from` to `to` (m, recentred frame)?
+    ///
+    /// Exact for triangles: the answer is that of exact arithmetic on the given coordinates and the meshes' vertices. A
+    /// surface that merely touches an end does not count. Start from [`Hit::leave`]. If an end is not
+    /// finite the answer is no.
+    pub fn occluded(&self, from: DVec3, to: DVec3) -> bool {
+        self.level.run(Occluded {
+            tracer: self,
+            from,
+            to,
+        })
+    }
+
+    /// Does any surface cut the open segments from `from` to the points of `a`-`b` at parameters `ts`?
+    ///
+    /// Writes the answer for `ts[i]` to `blocked[i]`; it is that of [`occluded`](Self::occluded) for `a + (b - a) * t`.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn occluded_pencil(&self, from: DVec3, a: DVec3, b: DVec3, ts: &[f64], blocked: &mut [bool]) {
+        assert_eq!(ts.len(), blocked.len(), "one answer per question");
+        for (answer, &t) in blocked.iter_mut().zip(ts) {
+            *answer = self.occluded(from, a + (b - a) * t);
+        }
+    }
+
+    /// The first surface on the ray `origin + t direction` with 0 < t <= `t_max`.
+    ///
+    /// `direction` has unit length if `t` is to be in metres. Of equally near surfaces the one of the smaller object and
+    /// triangle is returned. No ray slips between triangles that share an edge. If anything is not finite
+    /// (`t_max` may be infinite) nothing is hit.
+    pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
+        self.level.run(ClosestHit {
+            tracer: self,
+            origin,
+            direction,
+            t_max,
+        })
+    }
+
+    /// The parts that a ray may meet, in no order, until `visit` says stop.
+    #[inline(always)]
+    fn parts_on_ray<S: Simd>(
+        &self,
+        s: S,
+        origin: DVec3,
+        direction: DVec3,
+        t_max: f64,
+        mut visit: impl FnMut(&Part) -> bool,
+    ) {
+        let bounds = self.top.bounds;
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let Some((ray, scale)) = RayFilter::new(origin, direction, reach) else {
+            return;
+        };
+        let t_box = (t_max * scale) as f32 * (1.0 + 2.0 * f32::EPSILON);
+        let mut stack = Stack::new(ChildRef::default());
+        while let Some(at) = stack.pop() {
+            if at.is_node() {
+                let node = &self.top.nodes[at.index()];
+                let (mask, _) = ray.enters(s, node, t_box);
+                stack.push_each(s, node, mask);
+            } else if visit(&self.parts[at.index()]) {
+                return;
+            }
+        }
+    }
+}
+
+struct Occluded<'a> {
+    tracer: &'a Tracer,
+    from: DVec3,
+    to: DVec3,
+}
+
+impl Kernel for Occluded<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> bool {
+        let Self { tracer, from, to } = self;
+        match tracer.parts.as_slice() {
+            [] => false,
+            [
+                Part {
+                    geometry,
+                    placement: None,
+                },
+            ] => segment_is_cut(s, geometry, from, to),
+            _ => {
+                let mut cut = false;
+                tracer.parts_on_ray(s, from, to - from, 1.0, |part| {
+                    let (p, q) = match &part.placement {
+                        None => (from, to),
+                        Some(placement) => (placement.localize(from), placement.localize(to)),
+                    };
+                    cut = segment_is_cut(s, &part.geometry, p, q);
+                    cut
+                });
+                cut
+            }
+        }
+    }
+}
+
+struct ClosestHit<'a> {
+    tracer: &'a Tracer,
+    origin: DVec3,
+    direction: DVec3,
+    t_max: f64,
+}
+
+impl Kernel for ClosestHit<'_> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> Option<Hit> {
+        let Self {
+            tracer,
+            origin,
+            direction,
+            t_max,
+        } = self;
+        if let [part @ Part { placement: None, .. }] = tracer.parts.as_slice() {
+            return closest(s, &part.geometry, origin, direction, t_max).map(|hit| part.hit(&hit));
+        }
+        let mut best: Option<Hit> = None;
+        tracer.parts_on_ray(s, origin, direction, t_max, |part| {
+            let t_best = best.map_or(t_max, |hit| hit.t);
+            let (o, d) = match &part.placement {
+                None => (origin, direction),
+                Some(placement) => (
+                    placement.localize(origin),
+                    placement.to_local.transform_vector3(direction),
+                ),
+            };
+            if let Some(hit) = closest(s, &part.geometry, o, d, t_best) {
+                let hit = part.hit(&hit);
+                if best.is_none_or(|best| hit.t < best.t || hit.object < best.object) {
+                    best = Some(hit);
+                }
+            }
+            false
+        });
+        best
+    }
+}
+
+impl Part {
+    fn bounds(&self) -> Bounds {
+        let bounds = self.geometry.tree.bounds;
+        let Some(placement) = &self.placement else {
+            return bounds;
+        };
+        let corners = bounds
+            .corners()
+            .map(|p| placement.to_world.transform_point3(p.as_dvec3()));
+        let around = Bounds::of(corners.map(|p| p.as_vec3()));
+        let slack = around.min.abs().max(around.max.abs()) * (4.0 * f32::EPSILON);
+        Bounds {
+            min: around.min - slack,
+            max: around.max + slack,
+        }
+    }
+
+    /// Completes a hit, in the scene's frame.
+    fn hit(&self, closest: &Closest) -> Hit {
+        let t = closest.t();
+        match *closest {
+            Closest::Triangle {
+                id,
+                block,
+                lane,
+                barycentrics,
+                ..
+            } => {
+                let [a, b, c] = self.geometry.blocks[block].triangle(lane).map(|v| v.as_dvec3());
+                let [v, w] = barycentrics;
+                let mut position = a * (1.0 - v - w) + b * v + c * w;
+                let mut normal = (b - a).cross(c - a);
+                // The sum is rounded six times; the offset must also survive its own addition.
+                let mut scale = a.abs().max(b.abs()).max(c.abs()).max_element();
+                let mut object = id.object;
+                if let Some(placement) = &self.placement {
+                    let m = placement.to_local.matrix3;
+                    let spread = m
+                        .x_axis
+                        .abs()
+                        .max_element()
+                        .max(m.y_axis.abs().max_element())
+                        .max(m.z_axis.abs().max_element());
+                    position = placement.to_world.transform_point3(position);
+                    normal = m.transpose() * normal;
+                    // Rounding in the scene's frame as the instance's frame sees it, and the other way round.
+                    let n = placement.to_world.matrix3;
+                    let stretch = n.x_axis.length().max(n.y_axis.length()).max(n.z_axis.length());
+                    let outside =
+                        position.abs().max_element() + placement.to_world.translation.abs().max_element();
+                    scale = (scale * stretch + outside) * (3.0 * spread * stretch).max(1.0);
+                    object = placement.object;
+                }
+                Hit {
+                    t,
+                    position,
+                    normal: normal.normalize_or_zero(),
+                    object: ObjectId(object),
+                    surface: Surface::Triangle {
+                        index: id.triangle,
+                        barycentrics,
+                    },
+                    offset: 16.0 * f64::EPSILON * scale + f64::MIN_POSITIVE,
+                }
+            }
+            Closest::Shape { index, hit } => Hit {
+                t,
+                position: hit.position,
+                normal: hit.normal,
+                object: self.geometry.shapes[index].object,
+                surface: Surface::Primitive,
+                offset: hit.offset,
+            },
+        }
+    }
+}
+
+/// What [`Tracer::new`] collects from a scene.
+struct Gather<'a> {
+    scene: &'a Scene,
+    warnings: Vec<Warning>,
+    triangles: Vec<[Vec3; 3]>,
+    ids: Vec<TriangleId>,
+    shapes: Vec<PlacedShape>,
+    /// For each mesh, the objects that show it as an instance.
+    instances: Vec<Vec<ObjectId>>,
+}
+
+impl Gather<'_> {
+    fn run(&mut self) {
+        let mut users = vec![0usize; self.scene.meshes.len()];
+        for object in &self.scene.objects {
+            if let Source::Mesh(mesh) = object.geometry
+                && let Some(users) = users.get_mut(mesh.index())
+            {
+                *users += 1;
+            }
+        }
+        for (index, object) in self.scene.objects.iter().enumerate() {
+            let id = ObjectId::from(index);
+            match object.geometry {
+                Source::Mesh(mesh_id) => {
+                    let Some(mesh) = self.scene.meshes.get(mesh_id.index()) else {
+                        let object = object.name.clone();
+                        self.warnings.push(Warning::MissingMesh { object });
+                        continue;
+                    };
+                    let shared = users[mesh_id.index()] > 1 && mesh.triangles.len() >= INSTANCE_TRIANGLES;
+                    let transform = double(&object.transform);
+                    if shared && transform.inverse().is_finite() && transform.is_finite() {
+                        self.instances[mesh_id.index()].push(id);
+                        continue;
+                    }
+                    collect(
+                        mesh,
+                        |p| object.transform.transform_point3(p),
+                        id,
+                        &object.name,
+                        &mut self.triangles,
+                        &mut self.ids,
+                        &mut self.warnings,
+                    );
+                }
+                Source::Primitive(primitive) => {
+                    let placed = PlacedShape::new(&primitive.shape, &object.transform, id)
+                        .filter(|shape| in_range(shape.bounds().min) && in_range(shape.bounds().max));
+                    match placed {
+                        Some(shape) => self.shapes.push(shape),
+                        None => self.warnings.push(Warning::BadPrimitive {
+                            object: object.name.clone(),
+                        }),
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Appends the usable triangles of `mesh`.
+fn collect(
+    mesh: &llsr_scene::Mesh,
+    place: impl Fn(Vec3) -> Vec3,
+    object: ObjectId,
+    name: &str,
+    triangles: &mut Vec<[Vec3; 3]>,
+    ids: &mut Vec<TriangleId>,
+    warnings: &mut Vec<Warning>,
+) {
+    let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| place(p)).collect();
+    let (mut bad, mut degenerate) = (0, 0);
+    triangles.reserve(mesh.triangles.len());
+    ids.reserve(mesh.triangles.len());
+    for (index, &corners) in mesh.triangles.iter().enumerate() {
+        let corner = |i: usize| {
+            positions
+                .get(corners[i] as usize)
+                .copied()
+                .filter(|&p| in_range(p))
+        };
+        let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
+            bad += 1;
+            continue;
+        };
+        if a == b || b == c || c == a {
+            degenerate += 1;
+            continue;
+        }
+        triangles.push([a, b, c]);
+        ids.push(TriangleId {
+            object: object.0,
+            triangle: index as u32,
+        });
+    }
+    if bad > 0 {
+        warnings.push(Warning::BadTriangles {
+            object: name.to_owned(),
+            count: bad,
+        });
+    }
+    if degenerate > 0 {
+        warnings.push(Warning::DegenerateTriangles {
+            object: name.to_owned(),
+            count: degenerate,
+        });
+    }
+}
+
+/// Finite and at most [`LARGEST_COORDINATE`]; false for NaN.
+fn in_range(p: Vec3) -> bool {
+    p.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all()
+}
+
+fn double(transform: &glam::Affine3A) -> DAffine3 {
+    DAffine3::from_mat3_translation(
+        DMat3::from_cols(
+            transform.matrix3.x_axis.as_dvec3(),
+            transform.matrix3.y_axis.as_dvec3(),
+            transform.matrix3.z_axis.as_dvec3(),
+        ),
+        transform.translation.as_dvec3(),
+    )
+}
