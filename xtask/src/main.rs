@@ -3,6 +3,7 @@
 mod checks;
 mod layers;
 mod run;
+mod tables;
 mod tidy;
 
 use std::process::ExitCode;
@@ -15,6 +16,8 @@ cargo xtask TASK
   ci         test, then checks
 
   fmt clippy doc msrv tidy layers deny     one check alone
+
+  tables [--check]      digest of the lookup tables of the edge-and-point image
 ";
 
 /// The checks beside the tests, in the order in which they run: quick ones first.
@@ -34,6 +37,7 @@ fn main() -> ExitCode {
     let result = match args.first().map(String::as_str) {
         Some("test") => checks::test(rest),
         Some("checks") => all_checks(),
+        Some("tables") => tables::run(rest),
         Some("ci") => checks::test(rest).and_then(|()| all_checks()),
         Some(name) => match CHECKS.iter().find(|check| check.0 == name) {
             Some((_, check)) => check(),
