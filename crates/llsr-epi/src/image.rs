@@ -1,0 +1,420 @@
+//! The edge-and-point image.
+
+use glam::{Vec2, Vec3};
+
+use crate::classify::{self, CLASS_PLANES, COMPLEX, CROSSED};
+use crate::code::{EdgeCode, PixelClass};
+use crate::crossings::Crossings;
+use crate::edges::EdgeList;
+use crate::interpolate::{self, InterpolateScratch, Portable, Source};
+use crate::kernel::Kernel;
+use crate::occlusion::{DepthLimits, Occlusion};
+use crate::patch::Patches;
+use crate::picture::Picture;
+use crate::pixels::{Pixels, Point, Sample};
+use crate::planes::Planes;
+use crate::reach::{self, REACH_PLANES, ReachScratch};
+use crate::{antialias, complex, fill, raster};
+
+/// Largest width and height.
+pub const MAX_SIZE: u32 = 16_384;
+
+/// How an image is rebuilt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The interpolation filter.
+    pub kernel: Kernel,
+    /// Keep crossings of the half-pixel lines, which [`EdgePointImage::filter_complex`] needs: two bytes a pixel more.
+    pub half_lines: bool,
+    /// Colour of pixels that reach no sample, until [`EdgePointImage::fill`] finds them one.
+    pub fallback: Vec3,
+}
+
+impl Default for Settings {
+    /// The peaked filter, half-pixel lines, black.
+    fn default() -> Self {
+        Self {
+            kernel: Kernel::PEAKED,
+            half_lines: true,
+            fallback: Vec3::ZERO,
+        }
+    }
+}
+
+/// Why an image cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SizeError {
+    /// Width or height is 0.
+    Zero,
+    /// Width or height exceeds [`MAX_SIZE`].
+    TooLarge,
+}
+
+impl std::fmt::Display for SizeError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Zero => f.write_str("an edge-and-point image needs at least one pixel"),
+            Self::TooLarge => write!(
+                f,
+                "an edge-and-point image has at most {MAX_SIZE} x {MAX_SIZE} pixels"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for SizeError {}
+
+/// How many pixels of each class an image has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClassCounts {
+    /// Pixels without an edge.
+    pub empty: usize,
+    /// Pixels with one edge.
+    pub simple: usize,
+    /// The others.
+    pub complex: usize,
+}
+
+/// Scratch memory of one worker.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    reach: ReachScratch,
+    interpolate: InterpolateScratch,
+}
+
+/// Edges and samples of a picture, at most one of each in a pixel, and the picture that follows from them.
+///
+/// The passes in their order, each of which reads what the earlier ones left:
+/// [`rasterize`](Self::rasterize), [`classify`](Self::classify), [`reach`](Self::reach),
+/// [`interpolate`](Self::interpolate), [`fill`](Self::fill), [`filter_complex`](Self::filter_complex),
+/// [`antialias`](Self::antialias). [`reconstruct`](Self::reconstruct) runs all after the first.
+/// Each has a `_bands` form for several threads. After the first picture nothing is allocated.
+#[derive(Clone, Debug)]
+pub struct EdgePointImage {
+    settings: Settings,
+    crossings: Crossings,
+    pixels: Pixels,
+    classes: Planes<CLASS_PLANES>,
+    reach: Planes<REACH_PLANES>,
+    limits: DepthLimits,
+    scratch: Scratch,
+    patches: Patches,
+}
+
+impl EdgePointImage {
+    /// An image without edges and samples, of `width` x `height` pixels, each in 1..=[`MAX_SIZE`].
+    pub fn new(width: u32, height: u32, settings: Settings) -> Result<Self, SizeError> {
+        if width == 0 || height == 0 {
+            return Err(SizeError::Zero);
+        }
+        if width > MAX_SIZE || height > MAX_SIZE {
+            return Err(SizeError::TooLarge);
+        }
+        let (w, h) = (width as usize, height as usize);
+        let mut classes = Planes::new(w, h);
+        classes.fill_outside(COMPLEX, w);
+        Ok(Self {
+            settings,
+            crossings: Crossings::new(w, h, settings.half_lines),
+            pixels: Pixels::new(w, h),
+            classes,
+            reach: Planes::new(w, h),
+            limits: DepthLimits::default(),
+            scratch: Scratch::default(),
+            patches: Patches::default(),
+        })
+    }
+
+    /// Size in pixels: width, height.
+    pub fn size(&self) -> (u32, u32) {
+        (self.pixels.width as u32, self.pixels.height as u32)
+    }
+
+    /// How the image is rebuilt.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Takes all samples out.
+    pub fn clear_samples(&mut self) {
+        self.pixels.clear_samples();
+    }
+
+    /// Puts a point into its pixel, where it becomes the sample unless a nearer one is there; of equally near ones the
+    /// first stays. Returns whether it did. A point outside, or with a depth that is not positive, does not.
+    pub fn insert(&mut self, point: &Point) -> bool {
+        self.pixels.insert(point)
+    }
+
+    /// Takes the sample of a pixel out.
+    ///
+    /// # Panics
+    /// If the pixel lies outside the image, as in all functions that take one.
+    pub fn remove_sample(&mut self, x: u32, y: u32) {
+        let (x, y) = self.checked(x, y);
+        self.pixels.remove(x, y);
+    }
+
+    /// The sample of a pixel.
+    pub fn sample(&self, x: u32, y: u32) -> Option<Sample> {
+        let (x, y) = self.checked(x, y);
+        self.pixels.sample(x, y)
+    }
+
+    /// Replaces the edges of the image. With `occlusion`, edges behind the samples are left out.
+    ///
+    /// # Panics
+    /// If the list was made for another size.
+    pub fn rasterize(&mut self, edges: &EdgeList, occlusion: Option<Occlusion>) {
+        assert_eq!(
+            edges.size(),
+            self.size(),
+            "the edges were clipped to a picture of another size"
+        );
+        if let Some(occlusion) = occlusion {
+            self.limits.update(&self.pixels, occlusion);
+        }
+        let limits = occlusion.map(|_| &self.limits);
+        for mut band in self.crossings.bands_mut(self.pixels.height) {
+            band.clear();
+            raster::mark(edges, limits, &mut band);
+        }
+    }
+
+    /// Takes all edges out.
+    pub fn clear_edges(&mut self) {
+        for mut band in self.crossings.bands_mut(self.pixels.height) {
+            band.clear();
+        }
+    }
+
+    /// Adds a crossing of the boundary above pixel (x, y), in eighth 0..8 from the left; y = height is the lower border. For
+    /// edges that come from elsewhere than [`rasterize`](Self::rasterize).
+    ///
+    /// # Panics
+    /// If there is no such boundary or eighth.
+    pub fn mark_above(&mut self, x: u32, y: u32, eighth: u8) {
+        let (width, height) = self.size();
+        assert!(
+            x < width && y <= height && eighth < 8,
+            "no eighth {eighth} above ({x}, {y}) in {width}x{height}"
+        );
+        let start = y as usize * self.crossings.lines * self.crossings.stride;
+        self.crossings.horizontal[start + x as usize] |= 1 << eighth;
+    }
+
+    /// Adds a crossing of the boundary left of pixel (x, y), in eighth 0..8 from the top; x = width is the right border.
+    ///
+    /// # Panics
+    /// If there is no such boundary or eighth.
+    pub fn mark_left(&mut self, x: u32, y: u32, eighth: u8) {
+        let (width, height) = self.size();
+        assert!(
+            x <= width && y < height && eighth < 8,
+            "no eighth {eighth} left of ({x}, {y}) in {width}x{height}"
+        );
+        let start = y as usize * self.crossings.lines * (self.crossings.stride + 1);
+        self.crossings.vertical[start + x as usize] |= 1 << eighth;
+    }
+
+    /// Classifies all pixels, rebuilds their edges and decides which region of each is primary.
+    pub fn classify(&mut self) {
+        let height = self.pixels.height;
+        for mut planes in self.classes.bands_mut(height) {
+            classify::classify(&self.crossings, 0, &mut self.pixels.words, &mut planes);
+        }
+    }
+
+    /// Works out what is reachable.
+    pub fn reach(&mut self) {
+        let (width, height) = (self.pixels.width, self.pixels.height);
+        for mut band in self.reach.bands_mut(height) {
+            reach::reach::<u64>(
+                &self.classes,
+                width,
+                (0, height),
+                &mut self.scratch.reach,
+                &mut band,
+            );
+        }
+    }
+
+    /// Interpolates the samples that each pixel reaches.
+    ///
+    /// # Panics
+    /// If the picture has another size, as in all passes that take one.
+    pub fn interpolate(&mut self, picture: &mut Picture) {
+        self.check(picture);
+        let source = Source {
+            pixels: &self.pixels,
+            classes: &self.classes,
+            reach: &self.reach,
+            kernel: self.settings.kernel,
+            fallback: self.settings.fallback.into(),
+        };
+        let height = self.pixels.height;
+        for mut band in picture.bands_mut(height) {
+            interpolate::interpolate::<Portable>(source, &mut self.scratch.interpolate, &mut band);
+        }
+    }
+
+    /// Gives pixels that reach no sample the filtered colours of neighbours that they reach, up to `passes` times:
+    /// each pass goes two pixels farther. Returns the number of pixels filled.
+    ///
+    /// What no sample reaches keeps [`Settings::fallback`]. Priorities stay, so that new samples still go there first.
+    pub fn fill(&mut self, picture: &mut Picture, passes: usize) -> usize {
+        self.check(picture);
+        let mut filled = 0;
+        for _ in 0..passes {
+            self.patches.clear();
+            let rows = 0..self.pixels.height;
+            fill::fill(
+                &self.classes,
+                &self.reach,
+                &self.settings.kernel,
+                picture,
+                rows,
+                &mut self.patches,
+            );
+            picture.apply(&self.patches);
+            filled += self.patches.len();
+            if self.patches.is_empty() {
+                break;
+            }
+        }
+        filled
+    }
+
+    /// Blends the two sides of the edge in each simple pixel. The last pass: the others want unblended colours.
+    pub fn antialias(&mut self, picture: &mut Picture) {
+        self.check(picture);
+        self.patches.clear();
+        let rows = 0..self.pixels.height;
+        antialias::antialias(&self.pixels, &self.classes, picture, rows, &mut self.patches);
+        picture.apply(&self.patches);
+    }
+
+    /// Improves complex pixels by edges and reachability in quarters of a pixel; does nothing without
+    /// [`Settings::half_lines`].
+    ///
+    /// `factor(x, y)` takes the colour of the sample of that pixel to colours of the picture: 1 unless the picture was
+    /// [multiplied](Picture::multiply).
+    pub fn filter_complex(&mut self, picture: &mut Picture, factor: impl Fn(u32, u32) -> Vec3) {
+        self.check(picture);
+        if !self.settings.half_lines {
+            return;
+        }
+        self.patches.clear();
+        let source = complex::Source {
+            crossings: &self.crossings,
+            pixels: &self.pixels,
+            classes: &self.classes,
+            picture,
+        };
+        complex::filter(source, 0..self.pixels.height, &factor, &mut self.patches);
+        picture.apply(&self.patches);
+    }
+
+    /// Everything after rasterising, with one pass of [`fill`](Self::fill), for samples that are colours to be shown.
+    pub fn reconstruct(&mut self, picture: &mut Picture) {
+        self.reconstruct_modulated(picture, |_, _| Vec3::ONE);
+    }
+
+    /// As [`reconstruct`](Self::reconstruct) for samples of irradiance: see [`Picture::multiply`].
+    pub fn reconstruct_modulated(&mut self, picture: &mut Picture, factor: impl Fn(u32, u32) -> Vec3) {
+        self.classify();
+        self.reach();
+        self.interpolate(picture);
+        self.fill(picture, 1);
+        picture.multiply(&factor);
+        self.filter_complex(picture, factor);
+        self.antialias(picture);
+    }
+
+    /// The edge of a pixel; needs [`classify`](Self::classify).
+    pub fn edge(&self, x: u32, y: u32) -> EdgeCode {
+        let (x, y) = self.checked(x, y);
+        self.pixels.code(x, y)
+    }
+
+    /// The class of a pixel; needs [`classify`](Self::classify).
+    pub fn class(&self, x: u32, y: u32) -> PixelClass {
+        self.edge(x, y).class()
+    }
+
+    /// The 24-bit mask of a pixel: bit i is set if its primary region reaches that of neighbour i of the 5x5 window in scan
+    /// order, without the centre. Needs [`reach`](Self::reach).
+    pub fn reach_mask(&self, x: u32, y: u32) -> u32 {
+        let (x, y) = self.checked(x, y);
+        reach::mask(&self.reach, x, y)
+    }
+
+    /// Counts the classes.
+    pub fn class_counts(&self) -> ClassCounts {
+        let mut counts = ClassCounts::default();
+        for y in 0..self.pixels.height as isize {
+            let row = self.classes.row(y);
+            let words = row
+                .plane(CROSSED)
+                .iter()
+                .zip(row.plane(COMPLEX))
+                .skip(1)
+                .take(self.classes.words);
+            for (crossed, complex) in words {
+                counts.simple += (crossed & !complex).count_ones() as usize;
+                counts.complex += (crossed & complex).count_ones() as usize;
+            }
+        }
+        counts.empty = self.pixels.width * self.pixels.height - counts.simple - counts.complex;
+        counts
+    }
+
+    /// A point of the primary region of a pixel, in pixels from the top left corner of the picture: its sample's position
+    /// to a quarter of a pixel, without a usable sample the centre of the pixel, which always lies in the larger region.
+    pub fn primary_position(&self, x: u32, y: u32) -> Vec2 {
+        let corner = Vec2::new(x as f32, y as f32);
+        let code = self.edge(x, y);
+        match self.sample(x, y) {
+            Some(sample) if code.side(sample.position) == crate::RegionSide::Primary => {
+                let quarter = |i: u8| (f32::from(i) + 0.5) / 4.0;
+                corner + Vec2::new(quarter(sample.position % 4), quarter(sample.position / 4))
+            }
+            _ => corner + 0.5,
+        }
+    }
+
+    /// The complex pixels from top to bottom, for a renderer that supersamples them (BWG03 section 5.4) and hands the result
+    /// to [`Picture::set_pixel`].
+    pub fn complex_pixels(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let words = self.classes.words;
+        (0..self.pixels.height).flat_map(move |y| {
+            let row = self.classes.row(y as isize);
+            (0..words).flat_map(move |word| {
+                let bits = row.plane(COMPLEX)[word + 1] & row.plane(CROSSED)[word + 1];
+                (0..64)
+                    .filter(move |bit| bits >> bit & 1 != 0)
+                    .map(move |bit| (word as u32 * 64 + bit, y as u32))
+            })
+        })
+    }
+
+    #[track_caller]
+    fn checked(&self, x: u32, y: u32) -> (usize, usize) {
+        let (width, height) = self.size();
+        assert!(
+            x < width && y < height,
+            "pixel ({x}, {y}) outside {width}x{height}"
+        );
+        (x as usize, y as usize)
+    }
+
+    #[track_caller]
+    fn check(&self, picture: &Picture) {
+        assert_eq!(
+            picture.size(),
+            self.size(),
+            "the picture has another size than the image"
+        );
+    }
+}
