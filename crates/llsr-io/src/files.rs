@@ -1,0 +1,147 @@
+//! Reading files whole with a limit, and writing them all or not at all.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Read as _};
+use std::path::{Component, Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::Error;
+
+/// Largest scene file or buffer (bytes).
+pub(crate) const LARGEST_FILE: u64 = 4 << 30;
+
+/// Reads a file of at most `limit` bytes.
+pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let metadata = fs::metadata(path).map_err(|e| Error::read(path, e))?;
+    // Pipes and devices may never end.
+    if !metadata.is_file() {
+        return Err(Error::malformed(
+            path,
+            "the file",
+            "is a directory or device, not a file",
+        ));
+    }
+    let too_large = |size: u64| Error::TooLarge {
+        path: path.to_owned(),
+        element: "the file".to_owned(),
+        needed: size >> 20,
+        limit: limit >> 20,
+    };
+    if metadata.len() > limit {
+        return Err(too_large(metadata.len()));
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
+    file.take(limit + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|e| Error::read(path, e))?;
+    // It may have grown since.
+    if bytes.len() as u64 > limit {
+        return Err(too_large(bytes.len() as u64));
+    }
+    Ok(bytes)
+}
+
+/// The file that `name` means, written in a file in `directory`; `None` if that is not below `directory`.
+pub(crate) fn beside(directory: &Path, name: &str) -> Option<PathBuf> {
+    let name = name.replace('\\', "/");
+    // A drive letter or scheme is no relative path either.
+    if name.is_empty() || name.contains(':') || name.contains('\0') {
+        return None;
+    }
+    let relative = Path::new(&name);
+    let mut depth = 0i32;
+    for component in relative.components() {
+        match component {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir => depth -= 1,
+            Component::RootDir | Component::Prefix(_) => return None,
+        }
+        if depth < 0 {
+            return None;
+        }
+    }
+    Some(directory.join(relative))
+}
+
+/// The directory that holds `path`.
+pub(crate) fn directory_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Writes a file so that `path` holds either all of it or what it held before: the bytes go to a new file in the
+/// same directory, which takes the name at the end.
+pub(crate) fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> std::io::Result<()>,
+) -> Result<(), Error> {
+    let fail = |e| Error::write(path, e);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".llsr-").suffix(".part");
+    // Private by default; a picture is meant to be shared as any new file would be.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let file = builder.tempfile_in(directory_of(path)).map_err(fail)?;
+    let mut buffered = BufWriter::new(file);
+    write(&mut buffered).map_err(fail)?;
+    let file = buffered.into_inner().map_err(|e| fail(e.into_error()))?;
+    file.persist(path).map_err(|e| fail(e.error))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use super::*;
+
+    #[test]
+    fn only_names_below_the_directory_are_followed() {
+        let directory = Path::new("scenes");
+        let inside = |name| beside(directory, name).is_some();
+        assert!(inside("a.png"), "a neighbour");
+        assert!(inside("textures\\wood 1.png"), "a folder, written the other way");
+        assert!(inside("a/../b.png"), "up, but not out");
+        for name in [
+            "../a.png",
+            "a/../../b.png",
+            "/etc/passwd",
+            "C:\\a.png",
+            "file:///a",
+            "",
+            "a\0b",
+        ] {
+            assert!(!inside(name), "{name:?} is outside");
+        }
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let path = directory.path().join("a.bin");
+        write_atomically(&path, |w| w.write_all(b"old")).expect("a first write");
+        let result = write_atomically(&path, |w| {
+            w.write_all(b"half")?;
+            Err(std::io::Error::other("the disk is full"))
+        });
+        assert!(result.is_err(), "the failure is reported");
+        assert_eq!(
+            fs::read(&path).expect("still there"),
+            b"old",
+            "the old contents stand"
+        );
+        assert_eq!(
+            fs::read_dir(directory.path()).expect("a directory").count(),
+            1,
+            "no part file stays"
+        );
+    }
+}

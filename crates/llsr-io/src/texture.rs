@@ -1,0 +1,68 @@
+//! Textures: PNG and JPEG, with their size checked before they are decoded.
+
+use std::io::Cursor;
+
+use image::{ImageFormat, ImageReader, Limits};
+use llsr_scene::{Texture, Wrap};
+
+/// Most pixels of one texture: 8192 x 4096 fits.
+const MOST_PIXELS: u64 = 40 << 20;
+
+/// Most pixels of all textures of a scene together.
+const MOST_PIXELS_TOGETHER: u64 = 100 << 20;
+
+/// Most memory for decoding one texture (bytes).
+const MOST_DECODING: u64 = 400 << 20;
+
+/// Counts what a scene's textures take.
+#[derive(Debug, Default)]
+pub(crate) struct Decoder {
+    pixels: u64,
+}
+
+impl Decoder {
+    /// Decodes an image file; the error is half a sentence.
+    pub(crate) fn decode(&mut self, name: &str, bytes: &[u8], wrap: [Wrap; 2]) -> Result<Texture, String> {
+        let mut reader = ImageReader::new(Cursor::new(bytes))
+            .with_guessed_format()
+            .map_err(|e| e.to_string())?;
+        if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
+            return Err("is neither PNG nor JPEG".to_owned());
+        }
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(MOST_DECODING);
+        reader.limits(limits.clone());
+        let format = reader.format();
+        let (width, height) = reader.into_dimensions().map_err(|e| e.to_string())?;
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels == 0 {
+            return Err("has no pixels".to_owned());
+        }
+        if pixels > MOST_PIXELS || self.pixels + pixels > MOST_PIXELS_TOGETHER {
+            let limit = MOST_PIXELS >> 20;
+            let together = MOST_PIXELS_TOGETHER >> 20;
+            return Err(format!(
+                "has {width} x {height} pixels: at most {limit} million each and {together} million in all are read"
+            ));
+        }
+        let mut reader = ImageReader::new(Cursor::new(bytes));
+        if let Some(format) = format {
+            reader.set_format(format);
+        }
+        reader.limits(limits);
+        let image = reader.decode().map_err(|e| e.to_string())?.into_rgb8();
+        self.pixels += pixels;
+        let pixels = image
+            .as_raw()
+            .chunks_exact(3)
+            .map(|p| [p[0], p[1], p[2]])
+            .collect();
+        Ok(Texture {
+            name: name.to_owned(),
+            width,
+            height,
+            pixels,
+            wrap,
+        })
+    }
+}
