@@ -25,10 +25,18 @@
 //! assert!((two_points - exact).abs() < 1e-3 * exact);
 //! ```
 
+mod dither;
 mod gauss;
+mod glossy;
 mod light;
 mod line;
+mod material;
+mod pattern;
 
+pub use dither::DitherMask;
 pub use gauss::{GaussRule, gauss};
+pub use glossy::{Glossy, GlossyOptions, LineGlossy};
 pub use light::{Emission, LineLight, Receiver, horizon_clip};
 pub use line::LineIrradiance;
+pub use material::{Lobes, MetalRough};
+pub use pattern::{Pattern, hierarchical_poisson, sobol, stratified, uniform};

@@ -41,6 +41,7 @@
 //!
 //! Source: the two emission laws integrated here; the isotropic field is the textbook field of a charged line.
 
+use glam::DVec3;
 use llsr_visibility::Partition;
 
 use crate::light::{Emission, LineLight, Receiver, clip_heights};
@@ -160,7 +161,7 @@ impl LineIrradiance {
     }
 
     /// A pair that contributes nothing.
-    fn dark() -> Self {
+    pub(crate) fn dark() -> Self {
         Self {
             lit: (0.0, 0.0),
             along: (0.0, 0.0),
@@ -254,6 +255,35 @@ impl LineIrradiance {
         self.scale * self.height_at(t) * falloff
     }
 
+    /// The irradiance estimated from samples: pairs of a light parameter and whether the light is visible there.
+    ///
+    /// The mean of density times visibility: unbiased if each parameter is uniform on [0, 1]. Nothing for no
+    /// samples. Cost: one [`density`](Self::density) per visible sample.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use llsr_quadrature::{Emission, LineIrradiance, LineLight, Receiver};
+    ///
+    /// # let emission = Emission::Isotropic;
+    /// # let light = LineLight { a: DVec3::new(-1.0, 2.0, 0.0), b: DVec3::new(1.0, 2.0, 0.0), emission, flux: 1.0 };
+    /// # let receiver = Receiver { position: DVec3::ZERO, normal: DVec3::Y };
+    /// let line = LineIrradiance::new(&receiver, &light);
+    /// // A shadow over the last third of the light.
+    /// let samples = [0.125, 0.375, 0.625, 0.875].map(|t| (t, t < 0.67));
+    /// let truth = line.panel(0.0, 0.67);
+    /// assert!((line.sampled(samples) / truth - 1.0).abs() < 0.15);
+    /// ```
+    pub fn sampled(&self, samples: impl IntoIterator<Item = (f64, bool)>) -> f64 {
+        let (mut sum, mut count) = (0.0, 0usize);
+        for (t, visible) in samples {
+            count += 1;
+            if visible {
+                sum += self.density(t);
+            }
+        }
+        sum / count.max(1) as f64
+    }
+
     /// To first order, the most by which the irradiance of `partition` can be off because its ends are
     /// uncertain: the sum over ends of uncertainty times [`density`](Self::density).
     pub fn uncertainty(&self, partition: &Partition) -> f64 {
@@ -261,6 +291,56 @@ impl LineIrradiance {
             p.start_uncertainty * self.density(p.start) + p.end_uncertainty * self.density(p.end)
         };
         partition.panels().iter().map(ends).fold(0.0, |sum, e| sum + e)
+    }
+
+    /// Whether the light's emission falls off towards its axis; a point light's does not.
+    pub(crate) fn is_diffuse(&self) -> bool {
+        self.diffuse
+    }
+
+    /// The panel between `t0` and `t1`, horizon clipped, as angles at the receiver.
+    pub(crate) fn arc(&self, t0: f64, t1: f64) -> Option<Arc> {
+        let (t0, t1) = (t0.max(self.lit.0), t1.min(self.lit.1));
+        let width = t1 - t0;
+        if width.is_nan() || width <= 0.0 {
+            return None;
+        }
+        let (s1, s2) = (self.along_at(t0), self.along_at(t1));
+        let h = self.distance;
+        let rr = (h * h + s1 * s1) * (h * h + s2 * s2);
+        let cross = h * width * self.length;
+        let angle = cross.atan2(h * h + s1 * s2);
+        let sin2 = cross * cross / rr;
+        // angle / (h L), which is width (angle / sin(angle)) / (r1 r2).
+        let per_irradiance = if sin2 < 1e-8 {
+            width * (1.0 + sin2 / 6.0) / rr.sqrt()
+        } else {
+            angle / (h * self.length)
+        };
+        Some(Arc {
+            start: s1.atan2(h),
+            angle,
+            scale: self.scale * per_irradiance,
+        })
+    }
+
+    /// Unit vectors from the receiver straight to the light's line, and along the light from `a` to `b`; any
+    /// pair at right angles where geometry leaves them open.
+    pub(crate) fn frame(&self, receiver: &Receiver, light: &LineLight) -> (DVec3, DVec3) {
+        let to_a = light.a - receiver.position;
+        let to_b = light.b - receiver.position;
+        if self.length == 0.0 {
+            let across = to_a.try_normalize().unwrap_or(receiver.normal);
+            return (across, across.any_orthonormal_vector());
+        }
+        let along = (light.b - light.a) / self.length;
+        let near = if self.along.0.abs() < self.along.1.abs() {
+            to_a
+        } else {
+            to_b
+        };
+        let across = (near - near.dot(along) * along).try_normalize();
+        (across.unwrap_or_else(|| along.any_orthonormal_vector()), along)
     }
 
     /// Position along the line; both products round relative to themselves, so each end is as good as given.
@@ -274,6 +354,17 @@ impl LineIrradiance {
     fn height_at(&self, t: f64) -> f64 {
         (self.height.0 * (1.0 - t) + self.height.1 * t).max(0.0)
     }
+}
+
+/// A panel as the receiver sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Arc {
+    /// Angle from the perpendicular to the first end, radians.
+    pub(crate) start: f64,
+    /// Angle that the panel subtends, not negative.
+    pub(crate) angle: f64,
+    /// The irradiance if the mean over the arc of `cos(theta)`, times `cos(alpha)` for the diffuse law, were 1.
+    pub(crate) scale: f64,
 }
 
 /// The largest `sin^2 D` for which [`narrow_arc`] reaches full precision.

@@ -2,8 +2,10 @@
 
 mod adaptive;
 mod double_double;
+mod glossy;
 mod line;
 
 pub use adaptive::{Sum, adaptive};
 pub use double_double::{DoubleDouble, WideVec3};
+pub use glossy::{metal_rough, reflected};
 pub use line::{Law, line_irradiance};
