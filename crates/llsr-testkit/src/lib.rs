@@ -3,3 +3,4 @@
 pub mod intervals;
 pub mod quadrature;
 pub mod tracer;
+pub mod visibility;
