@@ -4,8 +4,11 @@
 //! Penumbra Illumination with Linear Light Sources", Graphics Interface 1999 (section 5): cheap, and right
 //! where a light has at most two changes of visibility.
 //!
-//! It fills a caller's [`Partition`](llsr_visibility::Partition) with the visible panels of the light and
-//! carries what it learnt to the next pixel in an explicit value, so that the caller decides what is a
+//! [`Finder`] goes beyond the paper: any number of changes, a width above which nothing is missed, at about the
+//! same number of tests.
+//!
+//! Both fill a caller's [`Partition`](llsr_visibility::Partition) with the visible panels of the light and
+//! carry what they learnt to the next pixel in an explicit value, so that the caller decides what is a
 //! neighbour and results do not depend on threads.
 //!
 //! ```
@@ -28,8 +31,10 @@
 //! ```
 
 mod coherence;
+mod finder;
 mod tdf;
 mod voronoi;
 
 pub use coherence::Coherence;
+pub use finder::{ChangeCoherence, Finder, FinderReport, FinderScratch, Shift};
 pub use tdf::{Answer, Tdf, TdfReport, TdfScratch};

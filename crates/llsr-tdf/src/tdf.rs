@@ -10,10 +10,13 @@ use crate::voronoi::{VoronoiScratch, supported_nu, voronoi_search};
 /// The golden ratio's fraction: shifts of successive lattices that differ by it fall nowhere near each other.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
+/// What the rounding of two places can add to their distance.
+const ROUNDING: f64 = 2.0 * f64::EPSILON;
+
 /// The two-discontinuity finder (TDF) of OF99 section 5: finds up to two changes of visibility along a light.
 ///
 /// Both ends are tested. If they differ, one bisection finds *a* change; with three or more changes the pixel
-/// comes out wrong, and a finder for any number of changes is the search to use. If they agree, a heuristic chosen by
+/// comes out wrong, and [`Finder`](crate::Finder) is the search to use. If they agree, a heuristic chosen by
 /// the number P of changes in the pixel before looks for a point m that answers otherwise; from it one
 /// bisection runs to either end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +83,7 @@ pub struct TdfReport {
     pub discontinuities: u8,
     /// The widest stretch without a test: no gap or panel wider than this was missed, for certain.
     pub widest_untested: f64,
-    /// True if `widest_untested` is not above the finder's `nu`. Always so after a Voronoi Search of the
+    /// True if `widest_untested` is not above the finder's `nu`, but for rounding. Always so after a Voronoi Search of the
     /// whole light that met nothing; a search that ends early, and that of state P = 1 without
     /// [`Tdf::search_rest`], cannot be certain.
     pub certain: bool,
@@ -233,7 +236,7 @@ impl Tdf {
             answer,
             discontinuities: found.len() as u8,
             widest_untested,
-            certain: widest_untested <= supported_nu(self.nu),
+            certain: widest_untested <= supported_nu(self.nu) + ROUNDING,
         }
     }
 
