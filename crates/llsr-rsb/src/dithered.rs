@@ -4,7 +4,7 @@ use llsr_visibility::{Bracket, Visibility};
 
 use crate::{Found, Stop};
 
-/// Lattices are not finer than 2<sup>-48</sup> of the bracket: index plus shift stay well inside an f64.
+/// Lattices are not finer than 2^-48 of the bracket: index plus shift stay well inside an f64.
 const MAX_TESTS: u32 = 48;
 
 /// Dithered bisection: finds the cell of a shifted lattice that holds the change, and returns its midpoint.
@@ -22,7 +22,8 @@ const MAX_TESTS: u32 = 48;
 /// With `Stop::Tests(n)` and `Stop::Tolerance` (where n is the least number of halvings that reaches it)
 /// h = length / 2<sup>n</sup>: n tests, and one more if the change lies in one of the two outermost cells on
 /// the side where less of the lattice sticks in, 1.25 x 2<sup>-n</sup> of all searches. With
-/// `Stop::Budget(n)` h = length / (2<sup>n</sup> - 1): at most n tests.
+/// `Stop::Budget(n)` h = length / (2<sup>n</sup> - 1): at most n tests. The lattice is never finer than
+/// 2<sup>-48</sup> of the bracket or eight units in the last place of its larger end.
 pub fn dithered_bisection<V: Visibility + ?Sized>(
     oracle: &mut V,
     bracket: Bracket,
@@ -87,7 +88,8 @@ fn spacing(bracket: &Bracket, stop: Stop) -> Option<f64> {
         }
     };
     // Neighbouring points must be distinct numbers, with room for the rounding of each.
-    let resolution = 8.0 * f64::EPSILON * bracket.lo.abs().max(bracket.hi.abs());
+    let largest = bracket.lo.abs().max(bracket.hi.abs()).max(f64::MIN_POSITIVE);
+    let resolution = 8.0 * f64::EPSILON * largest;
     let spacing = (length / cells).max(resolution);
     (length > spacing || (cells == 1.0 && length > resolution)).then_some(spacing)
 }

@@ -6,7 +6,7 @@
 mod cut;
 mod seed;
 
-use crate::Method;
+use crate::{Method, Stop};
 
 /// Finer than this no estimate in an `f64` differs from the change: more tests count as so many.
 const MAX_TESTS: u32 = 50;
@@ -74,18 +74,83 @@ pub fn mean_square_error(method: Method, tests: u32, lambda: f64) -> f64 {
     }
 }
 
-/// The mean of [`mean_square_error`] over changes uniform in the bracket.
-pub fn average_mean_square_error(method: Method, tests: u32) -> f64 {
-    let tests = tests.min(MAX_TESTS);
-    let length = power_of_half(tests);
-    // A change uniform in the bracket is uniform in the last bracket: a twelfth of the mean square length.
-    match method {
-        Method::Bisection | Method::Dithered | Method::DitheredAt(_) => length * length / 12.0,
-        Method::Jittered => length * length / 6.0,
-        Method::RandomCut => length / 12.0,
-        Method::RandomSeed if tests == 0 => 1.0 / 12.0,
-        Method::RandomSeed => length * length / 6.0,
+/// The mean square error of a search that stops by `stop`, for changes uniform in the bracket [0, 1].
+///
+/// Derived here, not in the paper. A change uniform in the bracket is uniform in the last bracket, whatever the
+/// cuts, so the error is a twelfth of the mean square length of the last bracket (a sixth with jitter).
+/// Tolerances below 2<sup>-51</sup> count as that.
+///
+/// ```
+/// use llsr_rsb::{Method, Stop, average_mean_square_error};
+///
+/// let rms = |method| average_mean_square_error(method, Stop::Tolerance(0.05)).sqrt();
+/// assert!((rms(Method::RandomSeed) - 0.0207).abs() < 1e-4);
+/// assert!((rms(Method::Dithered) - 0.0180).abs() < 1e-4);
+/// ```
+pub fn average_mean_square_error(method: Method, stop: Stop) -> f64 {
+    let square = match (method, width(stop)) {
+        (_, Err(width)) if width >= 1.0 => 1.0,
+        (Method::RandomCut, Ok(tests)) => power_of_half(tests),
+        // The last cut overshoots the width by a factor whose square is uniform on [0, 1].
+        (Method::RandomCut, Err(width)) => 0.5 * width * width,
+        (Method::RandomSeed, Ok(tests)) if tests > 0 => 2.0 * power_of_half(tests).powi(2),
+        (Method::RandomSeed, Err(width)) => seed::mean_square_length(width),
+        (Method::Dithered | Method::DitheredAt(_), Ok(tests))
+            if tests > 0 && matches!(stop, Stop::Budget(_)) =>
+        {
+            (2f64.powi(tests as i32) - 1.0).powi(-2)
+        }
+        (_, Ok(tests)) => power_of_half(tests).powi(2),
+        (_, Err(width)) => power_of_half(halvings(width)).powi(2),
+    };
+    square / if method == Method::Jittered { 6.0 } else { 12.0 }
+}
+
+/// The mean number of tests of a search that stops by `stop`, for changes uniform in the bracket [0, 1].
+///
+/// To a tolerance e, with w = 2 e: ceil(log2(1 / w)) for `Bisection` and `Jittered`, 1 + 2 ln(1 / w) for
+/// `RandomCut`, 1 + the sum of 1 - (2<sup>k</sup> w)<sup>2</sup> over its positive terms, k from 0, for
+/// `RandomSeed`; n + 1.25 x 2<sup>-n</sup> for `Dithered`, where n is that of `Bisection`. Tolerances below
+/// 2<sup>-51</sup> count as that.
+///
+/// ```
+/// use llsr_rsb::{Method, Stop, average_tests};
+///
+/// let tests = |method| average_tests(method, Stop::Tolerance(0.05));
+/// assert_eq!(tests(Method::Bisection), 4.0);
+/// assert!((tests(Method::RandomSeed) - 4.15).abs() < 1e-12);
+/// ```
+pub fn average_tests(method: Method, stop: Stop) -> f64 {
+    let lattice = |n: u32| f64::from(n) + if n > 0 { 1.25 * power_of_half(n) } else { 0.0 };
+    match (method, width(stop)) {
+        (_, Err(width)) if width >= 1.0 => 0.0,
+        (Method::RandomCut, Err(width)) => 1.0 - 2.0 * width.ln(),
+        (Method::RandomSeed, Err(width)) => {
+            let terms = (0..=MAX_TESTS as i32).map(|k| 1.0 - (2f64.powi(k) * width).powi(2));
+            1.0 + terms.take_while(|&term| term > 0.0).sum::<f64>()
+        }
+        (Method::Dithered | Method::DitheredAt(_), Ok(tests)) if matches!(stop, Stop::Tests(_)) => {
+            lattice(tests)
+        }
+        (Method::Dithered | Method::DitheredAt(_), Err(width)) => lattice(halvings(width)),
+        (_, Ok(tests)) => f64::from(tests),
+        (_, Err(width)) => f64::from(halvings(width)),
     }
+}
+
+/// The number of tests after which `stop` ends a search, or else the width of bracket at which it does.
+fn width(stop: Stop) -> Result<u32, f64> {
+    match stop {
+        Stop::Tests(n) | Stop::Budget(n) => Ok(n.min(MAX_TESTS)),
+        Stop::Tolerance(tolerance) => Err((2.0 * tolerance).max(power_of_half(MAX_TESTS))),
+    }
+}
+
+/// The number of halvings that bring [0, 1] down to `width`.
+fn halvings(width: f64) -> u32 {
+    (0..MAX_TESTS)
+        .find(|&n| power_of_half(n) <= width)
+        .unwrap_or(MAX_TESTS)
 }
 
 /// The expected length of the last bracket around a change at `lambda` after `tests` tests.

@@ -41,8 +41,8 @@ mod uniform;
 
 pub use dithered::dithered_bisection;
 pub use expectation::{
-    average_bracket_length, average_mean_square_error, expected_bracket_length, expected_estimate,
-    mean_square_error,
+    average_bracket_length, average_mean_square_error, average_tests, expected_bracket_length,
+    expected_estimate, mean_square_error,
 };
 pub use halving::{jittered_bisection, pure_bisection, random_cut, random_seed_bisection};
 pub use method::{Found, Method, Stop, bisect};

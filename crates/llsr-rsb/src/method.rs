@@ -67,7 +67,8 @@ pub enum Stop {
     /// and makes exactly `n` tests. The same as `Tests` for the other methods.
     Budget(u32),
     /// As soon as half the bracket is at most this, in light parameters; a bracket that is so short already
-    /// is returned without a test. Zero, negative and NaN ask for all the precision there is.
+    /// is returned without a test. The estimate is then no further than this from a change, that of jittered
+    /// bisection no further than twice this. Zero, negative and NaN ask for all the precision there is.
     Tolerance(f64),
 }
 
@@ -120,9 +121,9 @@ impl Found {
 /// by the others.
 ///
 /// # Cost
-/// With `Stop::Tolerance(e)` and r = length / 2e: `Bisection` and `Jittered` make ceil(log2 r) tests, `RandomSeed`
-/// at most one more, `Dithered` at most one more and on average 1.25 x 2<sup>-n</sup> more, `RandomCut` about
-/// 2 ln r.
+/// With `Stop::Tolerance(e)` and r = length / 2e: `Bisection` and `Jittered` make n = ceil(log2 r) tests,
+/// `RandomSeed` and `Dithered` at most n + 1, `RandomCut` about 1 + 2 ln r; the means are
+/// [`average_tests`](crate::average_tests).
 pub fn bisect<V, R>(method: Method, oracle: &mut V, bracket: Bracket, stop: Stop, rng: &mut R) -> Found
 where
     V: Visibility + ?Sized,

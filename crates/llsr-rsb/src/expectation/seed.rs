@@ -18,6 +18,21 @@ pub(super) fn mean_square_error(tests: u32, lambda: f64) -> f64 {
     one_sided_square(tests, lambda) + one_sided_square(tests, 1.0 - lambda)
 }
 
+/// Mean square of the length at which a search stops that stops at `width`, below 1.
+///
+/// The bracket that the seed leaves has length x with density 2 x; halving it k times while it is wider than
+/// `width` divides the square by 4^k.
+pub(super) fn mean_square_length(width: f64) -> f64 {
+    let (mut sum, mut from, mut scale) = (0.5 * width.powi(4), width, 1.0);
+    while from < 1.0 {
+        let to = (2.0 * from).min(1.0);
+        scale *= 0.25;
+        sum += 0.5 * scale * (to.powi(4) - from.powi(4));
+        from = to;
+    }
+    sum
+}
+
 /// The integral of the error over the seeds above `lambda`.
 fn one_sided_bias(tests: u32, lambda: f64) -> f64 {
     let Cells {

@@ -117,7 +117,7 @@ fn random_seed_is_symmetric_continuous_and_converges_for_many_tests() {
                 })
                 .sum::<f64>()
                 / f64::from(steps);
-            let closed = average_mean_square_error(Method::RandomSeed, tests);
+            let closed = average_mean_square_error(Method::RandomSeed, Stop::Tests(tests));
             assert!(
                 (mean / closed - 1.0).abs() < 2e-3,
                 "n = {tests}: {mean} against {closed}"
@@ -142,7 +142,7 @@ fn random_cut_length_agrees_with_the_closed_forms_there_are() {
         );
     }
     for tests in [1, 3, 8, 20] {
-        let steps = 400;
+        let steps = 200;
         let mean = (0..steps)
             .map(|i| {
                 let x = (f64::from(i) + 0.5) / f64::from(steps);
@@ -190,4 +190,62 @@ fn places_outside_the_bracket_count_as_its_ends() {
         );
         assert!(expected_estimate(method, 3, f64::NAN).is_nan(), "{method:?}");
     }
+}
+
+#[test]
+fn averages_to_a_tolerance_agree_with_those_for_a_number_of_tests() {
+    // A tolerance that is a power of two is reached by bisection after so many tests, and never passed by.
+    for n in 1..20 {
+        let stop = Stop::Tolerance(0.5f64.powi(n as i32 + 1));
+        for method in [Method::Bisection, Method::Jittered, Method::Dithered] {
+            let (here, there) = (average_tests(method, stop), average_tests(method, Stop::Tests(n)));
+            assert_eq!(here, there, "tests of {method:?}, n = {n}");
+            let (here, there) = (
+                average_mean_square_error(method, stop),
+                average_mean_square_error(method, Stop::Tests(n)),
+            );
+            assert_eq!(here, there, "error of {method:?}, n = {n}");
+        }
+    }
+    for method in Method::ALL {
+        for stop in [
+            Stop::Tolerance(0.5),
+            Stop::Tolerance(7.0),
+            Stop::Tests(0),
+            Stop::Budget(0),
+        ] {
+            assert_eq!(average_tests(method, stop), 0.0, "{method:?}, {stop:?}");
+            let whole = if method == Method::Jittered {
+                1.0 / 6.0
+            } else {
+                1.0 / 12.0
+            };
+            assert_eq!(
+                average_mean_square_error(method, stop),
+                whole,
+                "{method:?}, {stop:?}"
+            );
+        }
+        for stop in [
+            Stop::Tolerance(f64::NAN),
+            Stop::Tolerance(-1.0),
+            Stop::Tests(u32::MAX),
+        ] {
+            assert!(average_tests(method, stop) >= 50.0, "{method:?}, {stop:?}");
+            assert!(
+                average_mean_square_error(method, stop) > 0.0,
+                "{method:?}, {stop:?}"
+            );
+        }
+    }
+    assert_eq!(
+        average_tests(Method::Dithered, Stop::Budget(4)),
+        4.0,
+        "a budget is kept"
+    );
+    let budget = average_mean_square_error(Method::Dithered, Stop::Budget(4));
+    assert!(
+        (budget * 12.0 * 225.0 - 1.0).abs() < 1e-15,
+        "cells of 1/15: {budget}"
+    );
 }
