@@ -57,7 +57,7 @@ impl GaussRule {
     }
 
     /// Pairs of node and weight.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + '_ {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (f64, f64)> + Clone + '_ {
         self.nodes.iter().copied().zip(self.weights.iter().copied())
     }
 

@@ -32,6 +32,7 @@ mod light;
 mod line;
 mod material;
 mod pattern;
+mod stack;
 
 pub use dither::DitherMask;
 pub use gauss::{GaussRule, gauss};
@@ -40,3 +41,9 @@ pub use light::{Emission, LineLight, Receiver, horizon_clip};
 pub use line::LineIrradiance;
 pub use material::{Lobes, MetalRough};
 pub use pattern::{Pattern, hierarchical_poisson, sobol, stratified, uniform};
+pub use stack::{DiscLight, RectLight, TubeLight, sampled_nodes};
+
+/// Runs the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -89,38 +89,134 @@ pub fn sobol(seed: u32, dimension: u32, points: &mut [f64]) {
 }
 
 /// Darts thrown at one radius before it shrinks.
-const DARTS: u32 = 24;
+const DARTS: i32 = 24;
 /// By what the radius shrinks.
 const SHRINK: f64 = 0.9;
+/// Up to this many points, darts are not thrown one by one.
+const LISTED: usize = 64;
 
-/// Hierarchical Poisson-disk points on the circle [0, 1): darts thrown with a radius that shrinks whenever
-/// too many in a row have landed within it of an earlier point.
+/// Hierarchical Poisson-disk points on the circle [0, 1): darts thrown with a radius that shrinks to 0.9 of
+/// itself whenever 24 in a row have landed within it of an earlier point.
 ///
 /// Points come in the order in which they were thrown: every prefix is a Poisson-disk pattern of its own
 /// density, which is what is hierarchical about it. Distances are taken around the circle, so that every
-/// point is uniform on [0, 1) and the estimate unbiased. The radius shrinks to 0.9 of itself after 24 misses.
-/// Cost: quadratic in the number of points, about 1 us for 4 and 10 us for 16.
+/// point is uniform on [0, 1) and the estimate unbiased. Cost: quadratic in the number of points, about 0.2 us
+/// for 4 and 2 us for 16: for the first 64 points the outcome of a series of darts is drawn at once, from the
+/// length of the circle that is still free, with the same distribution.
 ///
 /// Source: M. McCool, E. Fiume, "Hierarchical Poisson disk sampling distributions", Graphics Interface 1992,
 /// in one dimension; the method that Ouellette & Fiume 1999, section 4, compare with.
 pub fn hierarchical_poisson(random: &mut impl Rng, points: &mut [f64]) {
     let mut radius = 0.5;
-    for done in 0..points.len() {
-        let (earlier, rest) = points.split_at_mut(done);
-        let mut misses = 0;
-        rest[0] = loop {
-            let dart = unit(random);
-            let apart = |&p: &f64| {
-                let distance = (dart - p).abs();
-                distance.min(1.0 - distance) >= radius
-            };
-            if earlier.iter().all(apart) {
-                break dart;
+    let mut sorted = [0.0; LISTED];
+    for (count, point) in points.iter_mut().take(LISTED).enumerate() {
+        *point = free_point(random, &sorted[..count], &mut radius);
+        let at = sorted[..count].partition_point(|p| p < point);
+        sorted.copy_within(at..count, at + 1);
+        sorted[at] = *point;
+    }
+    for count in LISTED..points.len() {
+        points[count] = dart(random, &points[..count], &mut radius);
+    }
+}
+
+/// Where the first dart lands farther than the radius from `sorted` points, which shrinks as it must.
+fn free_point(random: &mut impl Rng, sorted: &[f64], radius: &mut f64) -> f64 {
+    let Some(&first) = sorted.first() else {
+        return unit(random);
+    };
+    // The gap after each point, the last one around the circle.
+    let gaps = || {
+        let next = sorted[1..].iter().copied().chain([first + 1.0]);
+        sorted.iter().copied().zip(next)
+    };
+    loop {
+        let room = |(from, to): (f64, f64)| (to - from - 2.0 * *radius).max(0.0);
+        let free: f64 = gaps().map(room).sum();
+        // One of the darts hits unless all of them miss.
+        if free > 0.0 && unit(random) >= (1.0 - free).powi(DARTS) {
+            let mut left = free * unit(random);
+            let mut place = None;
+            for gap in gaps().filter(|&gap| room(gap) > 0.0) {
+                place = Some(gap.0 + *radius + left.min(room(gap)));
+                if left <= room(gap) {
+                    break;
+                }
+                left -= room(gap);
             }
-            misses += 1;
-            if misses == DARTS {
-                (radius, misses) = (radius * SHRINK, 0);
+            if let Some(place) = place {
+                return if place < 1.0 {
+                    place
+                } else {
+                    (place - 1.0).min(1.0 - f64::EPSILON / 2.0)
+                };
             }
+        }
+        *radius *= SHRINK;
+    }
+}
+
+/// The same by throwing darts.
+fn dart(random: &mut impl Rng, earlier: &[f64], radius: &mut f64) -> f64 {
+    let mut misses = 0;
+    loop {
+        let dart = unit(random);
+        let apart = |&p: &f64| {
+            let distance = (dart - p).abs();
+            distance.min(1.0 - distance) >= *radius
         };
+        if earlier.iter().all(apart) {
+            return dart;
+        }
+        misses += 1;
+        if misses == DARTS {
+            (*radius, misses) = (*radius * SHRINK, 0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_pcg::Pcg64Mcg;
+
+    /// Both ways of throwing have the same distribution: mean gap statistics of 6 points over 20,000 patterns.
+    #[test]
+    fn drawing_a_series_of_darts_is_throwing_them() {
+        const TRIALS: u32 = 20_000;
+        let closest = |points: &[f64]| {
+            let distance = |p: f64, q: f64| (p - q).abs().min(1.0 - (p - q).abs());
+            let pairs = points
+                .iter()
+                .enumerate()
+                .flat_map(|(i, &p)| points[..i].iter().map(move |&q| (p, q)));
+            pairs.map(|(p, q)| distance(p, q)).fold(1.0, f64::min)
+        };
+        // Mean and mean square of the closest distance, and of the last point's distance to the first.
+        let statistics = |drawn: bool| {
+            let mut random = Pcg64Mcg::new(17);
+            let mut sums = [0.0; 3];
+            for _ in 0..TRIALS {
+                let mut points = [0.0; 6];
+                if drawn {
+                    hierarchical_poisson(&mut random, &mut points);
+                } else {
+                    let mut radius = 0.5;
+                    for count in 0..points.len() {
+                        points[count] = dart(&mut random, &points[..count], &mut radius);
+                    }
+                }
+                let (near, last) = (closest(&points), closest(&[points[0], points[5]]));
+                for (sum, value) in sums.iter_mut().zip([near, near * near, last]) {
+                    *sum += value / f64::from(TRIALS);
+                }
+            }
+            sums
+        };
+        let (drawn, thrown) = (statistics(true), statistics(false));
+        // Standard errors of the differences are about 1.5e-4, 4e-5 and 1.1e-3.
+        for ((one, other), limit) in drawn.into_iter().zip(thrown).zip([7.5e-4, 2e-4, 5.5e-3]) {
+            assert!((one - other).abs() < limit, "{drawn:?} against {thrown:?}");
+        }
     }
 }

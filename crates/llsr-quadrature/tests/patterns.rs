@@ -23,7 +23,7 @@ fn closest(points: &[f64]) -> f64 {
 
 proptest! {
     #[test]
-    fn points_are_in_range_and_repeatable(seed in any::<u128>(), n in 0..70usize) {
+    fn points_are_in_range_and_repeatable(seed in any::<u128>(), n in 0..90usize) {
         for pattern in Pattern::ALL {
             let (mut one, mut other) = (vec![f64::NAN; n], vec![f64::NAN; n]);
             pattern.fill(&mut Pcg64Mcg::new(seed), &mut one);
@@ -36,7 +36,7 @@ proptest! {
     /// Darts keep apart, and so does every prefix: no two of k points closer than a share of the mean gap.
     #[test]
     fn every_prefix_of_poisson_disk_points_keeps_apart(seed in any::<u128>()) {
-        let mut points = [0.0; 48];
+        let mut points = [0.0; 80];
         hierarchical_poisson(&mut Pcg64Mcg::new(seed), &mut points);
         for k in 2..=points.len() {
             let apart = closest(&points[..k]) * k as f64;
