@@ -3,6 +3,7 @@
 mod checks;
 mod layers;
 mod run;
+mod stats;
 mod tables;
 mod tidy;
 
@@ -12,22 +13,26 @@ const HELP: &str = "\
 cargo xtask TASK
 
   test       all tests (unit, property, corpus, documentation)
-  checks     everything else that must hold: fmt clippy doc msrv tidy layers deny
+  checks     everything else that must hold: fmt clippy doc msrv tidy layers stats deny
   ci         test, then checks
 
-  fmt clippy doc msrv tidy layers deny     one check alone
+  fmt clippy doc msrv tidy layers stats deny     one check alone
 
   tables [--check]      digest of the lookup tables of the edge-and-point image
 ";
 
+/// A task without arguments.
+type Check = fn() -> Result<(), String>;
+
 /// The checks beside the tests, in the order in which they run: quick ones first.
-const CHECKS: &[(&str, fn() -> Result<(), String>)] = &[
+const CHECKS: &[(&str, Check)] = &[
     ("fmt", checks::fmt),
     ("tidy", tidy::run),
     ("layers", layers::run),
     ("msrv", checks::msrv),
     ("clippy", checks::clippy),
     ("doc", checks::doc),
+    ("stats", stats::run),
     ("deny", checks::deny),
 ];
 
