@@ -1,6 +1,8 @@
 //! Tasks of the workspace: `cargo xtask` lists them.
 
 mod checks;
+mod figures;
+mod golden;
 mod layers;
 mod run;
 mod stats;
@@ -13,8 +15,11 @@ const HELP: &str = "\
 cargo xtask TASK
 
   test       all tests (unit, property, corpus, documentation)
-  checks     everything else that must hold: fmt clippy doc msrv tidy layers stats deny
+  checks     everything else that must hold: fmt tidy layers msrv golden tables stats clippy doc deny
   ci         test, then checks
+
+  golden [--bless NAME]   compare the golden pictures, or write one anew
+  figures of99            the figures and tables of the 1999 paper, into docs/papers/of99
 
   fmt clippy doc msrv tidy layers stats deny     one check alone
 
@@ -30,6 +35,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("tidy", tidy::run),
     ("layers", layers::run),
     ("msrv", checks::msrv),
+    ("golden", || golden::run(&[])),
+    ("tables", || tables::run(&["--check".to_owned()])),
     ("clippy", checks::clippy),
     ("doc", checks::doc),
     ("stats", stats::run),
@@ -44,6 +51,8 @@ fn main() -> ExitCode {
         Some("checks") => all_checks(),
         Some("tables") => tables::run(rest),
         Some("ci") => checks::test(rest).and_then(|()| all_checks()),
+        Some("golden") => golden::run(rest),
+        Some("figures") => figures::run(rest),
         Some(name) => match CHECKS.iter().find(|check| check.0 == name) {
             Some((_, check)) => check(),
             None => Err(format!("there is no task '{name}'\n\n{HELP}")),

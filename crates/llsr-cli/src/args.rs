@@ -4,14 +4,18 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
+use llsr_io::{LineLightRequest, TubeRequest, parse_point};
+use llsr_shading::Method;
 
 /// Finished soft shadows from tube lights.
 ///
 /// Without a command, renders the built-in subway scene to llsr.png.
 #[derive(Debug, Parser)]
 #[command(name = "llsr", version, max_term_width = 110, disable_help_subcommand = true)]
-#[command(after_help = "Scenes are .obj, .gltf or .glb files, or demo:NAME (see `llsr demo`).\n\
-    Exit codes: 0 done, 1 the work failed, 2 the command line is wrong.")]
+#[command(
+    after_help = "Scenes are .obj, .gltf or .glb files, or demo:NAME (see `llsr demo`).\n\
+    Exit codes: 0 done, 1 the work failed, 2 the command line is wrong."
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
@@ -55,11 +59,21 @@ pub(crate) struct SceneArgs {
     #[arg(value_name = "SCENE", default_value = "demo:subway")]
     pub(crate) scene: String,
     /// Turn the long thin parts of MATERIAL into tube lights of that flux each (3000lm or 36W)
-    #[arg(long, value_name = "MATERIAL=FLUX", help_heading = "Lights", allow_hyphen_values = true)]
-    pub(crate) tube: Vec<String>,
+    #[arg(
+        long,
+        value_name = "MATERIAL=FLUX",
+        help_heading = "Lights",
+        allow_hyphen_values = true
+    )]
+    pub(crate) tube: Vec<TubeRequest>,
     /// Add a linear light from A to B (metres), as x,y,z:x,y,z=3000lm or =36W
-    #[arg(long, value_name = "A:B=FLUX", help_heading = "Lights", allow_hyphen_values = true)]
-    pub(crate) line_light: Vec<String>,
+    #[arg(
+        long,
+        value_name = "A:B=FLUX",
+        help_heading = "Lights",
+        allow_hyphen_values = true
+    )]
+    pub(crate) line_light: Vec<LineLightRequest>,
     /// Emission law of the lights given here: diffuse falls with the sine of the angle to the axis
     #[arg(long, value_enum, help_heading = "Lights", value_name = "LAW")]
     pub(crate) emission: Option<Emission>,
@@ -67,13 +81,13 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "NAME", help_heading = "Camera", conflicts_with_all = ["look_from", "look_at"])]
     pub(crate) camera: Option<String>,
     /// Position of the camera
-    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) look_from: Option<DVec3>,
     /// Point that the camera looks at
-    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) look_at: Option<DVec3>,
     /// Upward direction of the picture [default: 0,1,0]
-    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "x,y,z", help_heading = "Camera", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) up: Option<DVec3>,
     /// Vertical opening angle of the camera in degrees
     #[arg(long, value_name = "DEG", help_heading = "Camera", value_parser = field_of_view)]
@@ -97,7 +111,7 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "FILE", default_value = "llsr.png")]
     pub(crate) output: PathBuf,
     /// How the visible part of a light is found
-    #[arg(short, long, value_enum, default_value_t = Method::Auto, hide_possible_values = true, value_name = "M",
+    #[arg(short, long, default_value_t = Method::Auto, value_parser = str::parse::<Method>, value_name = "M",
         long_help = METHODS)]
     pub(crate) method: Method,
     /// Tolerance of a change's place, as a share of the light's length
@@ -117,7 +131,7 @@ pub(crate) struct RenderArgs {
     pub(crate) aov: Vec<String>,
     /// Exposure of a .png in stops; chosen from the picture if left out
     #[arg(long, value_name = "EV", allow_hyphen_values = true)]
-    pub(crate) exposure: Option<f32>,
+    pub(crate) exposure: Option<f64>,
     /// Tone curve of a .png
     #[arg(long, value_enum, default_value_t = Tone::Filmic)]
     pub(crate) tone: Tone,
@@ -139,21 +153,6 @@ const LAYERS: &str = "Layers of an .exr beside the picture, separated by commas:
   certificate          0 exact, 1 ends exact and gaps bounded by nu, 2 sampled
   albedo, normal       of the surface
   depth                distance along the ray (m)";
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Method {
-    Auto,
-    Tdf,
-    Rsb,
-    Dithered,
-    RandomCut,
-    Bisection,
-    JitteredBisection,
-    Gauss,
-    Hpd,
-    Stratified,
-    Uniform,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Tone {
@@ -192,18 +191,6 @@ pub(crate) struct DemoArgs {
     pub(crate) output: Option<PathBuf>,
 }
 
-fn vector(text: &str) -> Result<DVec3, String> {
-    let parts: Vec<&str> = text.split(',').collect();
-    let [x, y, z] = parts[..] else {
-        return Err("three numbers with commas between are needed, as in 1.5,0,-2".to_owned());
-    };
-    let number = |part: &str| match part.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("'{part}' is not a finite number")),
-    };
-    Ok(DVec3::new(number(x)?, number(y)?, number(z)?))
-}
-
 fn field_of_view(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value < 180.0 => Ok(value),
@@ -223,7 +210,9 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = (side(width)?, side(height)?);
     let fits = (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height);
     if !fits || u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(format!("sides go from 1 to {MAX_SIDE} and a picture has at most 2^28 pixels"));
+        return Err(format!(
+            "sides go from 1 to {MAX_SIDE} and a picture has at most 2^28 pixels"
+        ));
     }
     Ok((width, height))
 }

@@ -1,3 +1,51 @@
-//! The `llsr` command.
+//! The `llsr` command: finished soft shadows from tube lights.
 
-fn main() {}
+mod args;
+mod camera;
+mod clock;
+mod command;
+mod failure;
+mod load;
+mod progress;
+mod report;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::args::{Cli, Command};
+use crate::failure::Failure;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    progress::watch_interrupt();
+    match run(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("llsr: {failure}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+fn run(cli: &Cli) -> Result<(), Failure> {
+    if let Some(threads) = cli.common.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(threads))
+            .build_global()
+            .map_err(|error| Failure::Work(format!("--threads {threads}: {error}")))?;
+    }
+    match &cli.command {
+        None => {
+            // The flags of `render` with their defaults.
+            let Some(Command::Render(args)) = Cli::parse_from(["llsr", "render"]).command else {
+                unreachable!("this command line is a constant")
+            };
+            command::render::run(&args, &cli.common, true)
+        }
+        Some(Command::Render(args)) => command::render::run(args, &cli.common, false),
+        Some(Command::Info(args)) => command::info::run(args, &cli.common),
+        Some(Command::Diff(args)) => command::diff::run(args, &cli.common),
+        Some(Command::Demo(args)) => command::demo::run(args, &cli.common),
+    }
+}

@@ -97,6 +97,15 @@ pub(crate) fn write_atomically(
     Ok(())
 }
 
+/// Writes `bytes` to `path`: afterwards the file holds either all of them or what it held before.
+///
+/// # Errors
+/// If the file cannot be written; the error names it.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    use std::io::Write as _;
+    write_atomically(path, |out| out.write_all(bytes))
+}
+
 #[cfg(test)]
 mod tests {
     use std::io::Write as _;

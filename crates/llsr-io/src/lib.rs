@@ -14,6 +14,7 @@ mod tubes;
 mod warning;
 
 pub use error::Error;
+pub use files::write_file;
 pub use load::{LoadOptions, Loaded, load_scene};
 pub use picture::{Development, Image, Tone, exposure_for, read_image, write_exr, write_png};
 pub use request::{Flux, LineLightRequest, ParseError, TubeRequest, parse_point};

@@ -37,7 +37,11 @@ impl Layer {
             "normal" => Self::Normal,
             "depth" => Self::Depth,
             "irradiance:*" => {
-                return Some((0..scene.lights.len()).map(|i| Self::IrradianceOf(LightId::from(i))).collect());
+                return Some(
+                    (0..scene.lights.len())
+                        .map(|i| Self::IrradianceOf(LightId::from(i)))
+                        .collect(),
+                );
             }
             _ => {
                 let light = name.strip_prefix("irradiance:")?;
@@ -52,9 +56,10 @@ impl Layer {
     pub fn channel_names(self, scene: &Scene) -> Vec<String> {
         let (layer, channels): (String, &[&str]) = match self {
             Self::Irradiance => ("irradiance".to_owned(), &["Y"]),
-            Self::IrradianceOf(light) => {
-                (format!("irradiance:{}", scene.lights[light.index()].name()), &["Y"])
-            }
+            Self::IrradianceOf(light) => (
+                format!("irradiance:{}", scene.lights[light.index()].name()),
+                &["Y"],
+            ),
             Self::Discontinuities => ("discontinuities".to_owned(), &["Y"]),
             Self::Tests => ("tests".to_owned(), &["Y"]),
             Self::Certificate => ("certificate".to_owned(), &["Y"]),
@@ -62,22 +67,20 @@ impl Layer {
             Self::Normal => ("normal".to_owned(), &["X", "Y", "Z"]),
             Self::Depth => ("depth".to_owned(), &["Z"]),
         };
-        channels.iter().map(|channel| format!("{layer}.{channel}")).collect()
+        channels
+            .iter()
+            .map(|channel| format!("{layer}.{channel}"))
+            .collect()
     }
 
     /// Number of its channels.
     pub fn channel_count(self) -> usize {
-        if matches!(self, Self::Albedo | Self::Normal) { 3 } else { 1 }
+        if matches!(self, Self::Albedo | Self::Normal) {
+            3
+        } else {
+            1
+        }
     }
-}
-
-/// One channel of a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
-    /// Name in a file: `R`, `G`, `B` for the picture, `LAYER.CHANNEL` for the rest.
-    pub name: String,
-    /// One value a pixel, row by row from the top.
-    pub values: Vec<f32>,
 }
 
 /// A picture: reflected radiance in `R`, `G`, `B`, then the layers asked for.
@@ -85,8 +88,9 @@ pub struct Channel {
 pub struct Film {
     /// Size in pixels.
     pub viewport: Viewport,
-    /// Channels; the first three are the picture.
-    pub channels: Vec<Channel>,
+    /// Names and values (one a pixel, row by row from the top) of the channels: `R`, `G`, `B` for the picture, then
+    /// `LAYER.CHANNEL`.
+    pub channels: Vec<(String, Vec<f32>)>,
 }
 
 impl Film {
@@ -94,18 +98,21 @@ impl Film {
     pub fn new(viewport: Viewport, layers: &[Layer], scene: &Scene) -> Self {
         let picture = ["R", "G", "B"].map(str::to_owned).into_iter();
         let names = picture.chain(layers.iter().flat_map(|layer| layer.channel_names(scene)));
-        let channels = names.map(|name| Channel { name, values: vec![0.0; viewport.pixels()] }).collect();
+        let channels = names.map(|name| (name, vec![0.0; viewport.pixels()])).collect();
         Self { viewport, channels }
     }
 
     /// The channel of that name.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
-        self.channels.iter().find(|channel| channel.name == name).map(|channel| channel.values.as_slice())
+        self.channels
+            .iter()
+            .find(|channel| channel.0 == name)
+            .map(|channel| channel.1.as_slice())
     }
 
     /// Red, green and blue of each pixel, row by row.
     pub fn pixels(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        let [r, g, b] = [0, 1, 2].map(|i| &self.channels[i].values);
+        let [r, g, b] = [0, 1, 2].map(|i| &self.channels[i].1);
         (0..self.viewport.pixels()).map(move |i| [r[i], g[i], b[i]])
     }
 }

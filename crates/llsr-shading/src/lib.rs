@@ -1,1 +1,20 @@
 //! Direct light of linear lights by every visibility search method, and the tile renderer.
+//!
+//! [`DirectLight`] shades one surface point with one light and can be used on its own; [`render`] makes a
+//! picture on all threads of the current rayon pool, the same bits for any number of them.
+
+mod direct;
+mod film;
+mod random;
+mod render;
+mod search;
+mod settings;
+mod statistics;
+mod surface;
+
+pub use direct::{DirectLight, LightAnswer, LightState, Scratch};
+pub use film::{Film, Layer};
+pub use render::{Interrupted, Rendered, TILE, render, tile_count};
+pub use settings::{Method, Settings};
+pub use statistics::{HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
+pub use surface::SurfacePoint;

@@ -77,10 +77,13 @@ impl FromStr for Method {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| {
-            let names: Vec<_> = Self::ALL.iter().map(|method| method.name()).collect();
-            format!("'{text}' is not a method; there are {}", names.join(", "))
-        })
+        Self::ALL
+            .into_iter()
+            .find(|method| method.name() == text)
+            .ok_or_else(|| {
+                let names: Vec<_> = Self::ALL.iter().map(|method| method.name()).collect();
+                format!("'{text}' is not a method; there are {}", names.join(", "))
+            })
     }
 }
 
@@ -105,6 +108,14 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { method: Method::Auto, epsilon: 0.05, nu: 0.25, samples: 16, spp: 1, seed: 0, layers: Vec::new() }
+        Self {
+            method: Method::Auto,
+            epsilon: 0.05,
+            nu: 0.25,
+            samples: 16,
+            spp: 1,
+            seed: 0,
+            layers: Vec::new(),
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! What a rendering did, counted.
 
+use llsr_tdf::{Answer, TdfReport};
+
 /// Number of discontinuities from which on all are counted together.
 pub const HISTOGRAM_LEN: usize = 17;
 
@@ -25,6 +27,60 @@ pub struct Skipped {
     pub horizon_clipped: u64,
 }
 
+/// Counts of the two-discontinuity finder by the number P of changes of the pixel before (0, 1 or 2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TdfCounts {
+    /// Searches in each state.
+    pub searches: [u64; 3],
+    /// Tests besides those of the two ends.
+    pub inner_tests: [u64; 3],
+    /// Searches whose two ends differed.
+    pub ends_differ: [u64; 3],
+    /// Searches answered by the midpoint that coherence suggests; none in state 0.
+    pub coherent: [u64; 3],
+    /// Searches in which Voronoi Search met a change.
+    pub voronoi: [u64; 3],
+    /// Searches that met no change.
+    pub nothing: [u64; 3],
+}
+
+impl TdfCounts {
+    pub(crate) fn count(&mut self, report: &TdfReport) {
+        let state = usize::from(report.state).min(2);
+        self.searches[state] += 1;
+        self.inner_tests[state] += u64::from(report.inner_tests);
+        match report.answer {
+            Answer::EndsDiffer => self.ends_differ[state] += 1,
+            Answer::Midpoint1 | Answer::Midpoint2 => self.coherent[state] += 1,
+            Answer::NothingFound => self.nothing[state] += 1,
+            _ => self.voronoi[state] += 1,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        for state in 0..3 {
+            self.searches[state] += other.searches[state];
+            self.inner_tests[state] += other.inner_tests[state];
+            self.ends_differ[state] += other.ends_differ[state];
+            self.coherent[state] += other.coherent[state];
+            self.voronoi[state] += other.voronoi[state];
+            self.nothing[state] += other.nothing[state];
+        }
+    }
+
+    /// Of the searches in states 1 and 2 that found two changes, the share that coherence answered without a
+    /// Voronoi Search; 1 if there were none.
+    pub fn coherence_share(&self) -> f64 {
+        let coherent = self.coherent[1] + self.coherent[2];
+        let all = coherent + self.voronoi[1] + self.voronoi[2];
+        if all == 0 {
+            1.0
+        } else {
+            coherent as f64 / all as f64
+        }
+    }
+}
+
 /// Counts over a picture. "Pair" means a hit pixel (or subsample) and a light.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Statistics {
@@ -44,9 +100,8 @@ pub struct Statistics {
     pub umbra: u64,
     /// Pairs by number of discontinuities; the last entry holds that number and all above.
     pub discontinuities: [u64; HISTOGRAM_LEN],
-    /// Pairs by the heuristic of the two-discontinuity finder that answered, in the order of
-    /// [`Answered`](llsr_tdf::Answered).
-    pub heuristics: [u64; 8],
+    /// What the two-discontinuity finder did, by its state.
+    pub tdf: TdfCounts,
     /// Pairs left out.
     pub skipped: Skipped,
 }
@@ -62,7 +117,7 @@ impl Default for Statistics {
             penumbra: 0,
             umbra: 0,
             discontinuities: [0; HISTOGRAM_LEN],
-            heuristics: [0; 8],
+            tdf: TdfCounts::default(),
             skipped: Skipped::default(),
         }
     }
@@ -95,9 +150,7 @@ impl Statistics {
         for (mine, theirs) in self.discontinuities.iter_mut().zip(other.discontinuities) {
             *mine += theirs;
         }
-        for (mine, theirs) in self.heuristics.iter_mut().zip(other.heuristics) {
-            *mine += theirs;
-        }
+        self.tdf.add(&other.tdf);
         self.skipped.below_horizon += other.skipped.below_horizon;
         self.skipped.no_power += other.skipped.no_power;
         self.skipped.horizon_clipped += other.skipped.horizon_clipped;

@@ -51,8 +51,8 @@ pub(super) fn subway() -> Scene {
     }
     rails(&mut scene, &materials);
     passengers_things(&mut scene, &materials);
-    for (name, z) in [("tube far", -1.05), ("tube near", 1.05)] {
-        let (a, b) = (DVec3::new(-6.6, 2.36, z), DVec3::new(6.6, 2.36, z));
+    for (name, z) in [("tube far", -0.95), ("tube near", 0.95)] {
+        let (a, b) = (DVec3::new(-6.6, 2.3, z), DVec3::new(6.6, 2.3, z));
         scene.add_light(LinearLight::new(name, a, b, 12_000.0));
     }
     scene.cameras.push(Camera::look_at(
@@ -224,7 +224,7 @@ fn rails(scene: &mut Scene, materials: &Materials) {
                 );
             }
         }
-        let z = side * 0.72;
+        let z = side * 0.66;
         for (x0, x1) in [(-3.5f32, 0.6), (2.9, 6.2)] {
             rod(
                 scene,

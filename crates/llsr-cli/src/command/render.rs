@@ -1,0 +1,245 @@
+//! `llsr render`: a picture.
+
+use std::path::Path;
+
+use llsr_io::{Development, Image, Tone, exposure_for, write_exr, write_png};
+use llsr_scene::Viewport;
+use llsr_shading::{Layer, Rendered, Settings, Statistics, render, tile_count};
+use llsr_tracer::Tracer;
+use serde_json::{Value, json};
+
+use crate::args::{self, Common, RenderArgs};
+use crate::camera;
+use crate::clock::{Seconds, Stopwatch};
+use crate::failure::Failure;
+use crate::load::{load, need_light};
+use crate::progress::Progress;
+use crate::report;
+
+pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<(), Failure> {
+    let format = Format::of(&args.output)?;
+    if format == Format::Png && !args.aov.is_empty() {
+        return Err(Failure::Usage(
+            "--aov: a .png has no layers; give -o FILE.exr".to_owned(),
+        ));
+    }
+    let watch = Stopwatch::start();
+    let loaded = load(&args.scene)?;
+    let load_seconds = watch.read();
+    need_light(&loaded, &args.scene.scene)?;
+    let scene = &loaded.scene;
+    let settings = settings(args, common, scene)?;
+    let watch = Stopwatch::start();
+    let (tracer, dropped) = Tracer::new(scene);
+    let build_seconds = watch.read();
+    let warnings: Vec<String> = loaded
+        .warnings
+        .iter()
+        .map(ToString::to_string)
+        .chain(dropped.iter().map(ToString::to_string))
+        .collect();
+    let (width, height) = args.scene.size;
+    let viewport = Viewport { width, height };
+    let (camera, _) = camera::choose(&args.scene, scene, &tracer, viewport)?;
+    if !common.quiet {
+        report::print_warnings(&warnings, 3, &args.scene.scene);
+    }
+
+    let progress = Progress::new("rendering", tile_count(viewport), common.quiet);
+    let watch = Stopwatch::start();
+    let rendered = render(scene, &tracer, &camera, viewport, &settings, &|| progress.step());
+    let render_seconds = watch.read();
+    progress.finish();
+    let Rendered { film, statistics } = rendered.map_err(|_| Failure::Interrupted)?;
+
+    let picture = Image {
+        width: width as usize,
+        height: height as usize,
+        channels: film.channels,
+    };
+    let exposure = match format {
+        Format::Png => {
+            let automatic = || exposure_for(&picture.rgb().unwrap_or_default());
+            let exposure = args.exposure.unwrap_or_else(automatic);
+            let tone = match args.tone {
+                args::Tone::Srgb => Tone::Srgb,
+                args::Tone::Filmic => Tone::Filmic,
+            };
+            write_png(&args.output, &picture, Development { exposure, tone })?;
+            Some(exposure)
+        }
+        Format::Exr => {
+            write_exr(&args.output, &picture)?;
+            None
+        }
+    };
+    let seconds = [
+        ("load", load_seconds),
+        ("build", build_seconds),
+        ("render", render_seconds),
+    ];
+    if let Some(path) = &common.report {
+        let mut value = statistics_json(&statistics);
+        let object = value.as_object_mut().expect("the statistics are an object");
+        object.insert("scene".to_owned(), json!(args.scene.scene));
+        object.insert("triangles".to_owned(), json!(scene.triangle_count()));
+        object.insert("primitives".to_owned(), json!(scene.primitive_count()));
+        object.insert("lights".to_owned(), json!(scene.lights.len()));
+        object.insert("unit".to_owned(), json!(scene.unit.irradiance_symbol()));
+        object.insert("size".to_owned(), json!([width, height]));
+        object.insert("method".to_owned(), json!(settings.method.name()));
+        object.insert("epsilon".to_owned(), json!(settings.epsilon));
+        object.insert("nu".to_owned(), json!(settings.nu));
+        object.insert("samples".to_owned(), json!(settings.samples));
+        object.insert("spp".to_owned(), json!(settings.spp));
+        object.insert("seed".to_owned(), json!(settings.seed));
+        object.insert("threads".to_owned(), json!(rayon::current_num_threads()));
+        object.insert("exposure".to_owned(), json!(exposure));
+        object.insert("seconds".to_owned(), seconds_json(&seconds, |s| s.wall));
+        object.insert("cpu_seconds".to_owned(), seconds_json(&seconds, |s| s.cpu));
+        object.insert("warnings".to_owned(), json!(warnings));
+        report::write_json(path, &value)?;
+    }
+    if !common.quiet {
+        let shown = args.scene.scene.as_str();
+        println!(
+            "{shown}: {}, {}, {}",
+            count(scene.triangle_count(), "triangle"),
+            count(scene.primitive_count(), "primitive"),
+            count(scene.lights.len(), "light")
+        );
+        println!(
+            "{width}x{height}, method {}: {:.2} s (load {:.2} s, build {:.2} s, {})",
+            settings.method,
+            render_seconds.wall,
+            load_seconds.wall,
+            build_seconds.wall,
+            count(rayon::current_num_threads(), "thread")
+        );
+        print_statistics(&statistics);
+        println!("wrote {}", args.output.display());
+        if newcomer {
+            println!(
+                "\nTry next:\n  \
+                 llsr render room.glb -o room.exr --tube MATERIAL=3000lm    your own room, in lux\n  \
+                 llsr render demo:cylinder-2 -m tdf                         another scene, the method of 1999\n  \
+                 llsr demo                                                  the built-in scenes\n  \
+                 llsr --help                                                everything else"
+            );
+        }
+    }
+    Ok(())
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Png,
+    Exr,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        let extension = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .map(str::to_ascii_lowercase);
+        match extension.as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(Failure::Usage(format!(
+                "-o {}: the name of a picture ends in .png or .exr",
+                path.display()
+            ))),
+        }
+    }
+}
+
+fn settings(args: &RenderArgs, common: &Common, scene: &llsr_scene::Scene) -> Result<Settings, Failure> {
+    let mut layers = Vec::new();
+    for name in &args.aov {
+        let parsed = Layer::parse(name.trim(), scene).ok_or_else(|| {
+            let lights: Vec<_> = scene.lights.iter().map(|light| light.name()).collect();
+            Failure::Usage(format!(
+                "--aov {name}: there is no such layer; there are irradiance, irradiance:LIGHT, irradiance:*, \
+                 discontinuities, tests, certificate, albedo, normal and depth, and the lights {}",
+                report::shortened(&lights, 8)
+            ))
+        })?;
+        for layer in parsed {
+            if !layers.contains(&layer) {
+                layers.push(layer);
+            }
+        }
+    }
+    Ok(Settings {
+        method: args.method,
+        epsilon: args.epsilon,
+        nu: args.nu,
+        samples: args.samples,
+        spp: args.spp,
+        seed: common.seed,
+        layers,
+    })
+}
+
+fn share(part: u64, whole: u64) -> f64 {
+    if whole == 0 {
+        0.0
+    } else {
+        part as f64 / whole as f64
+    }
+}
+
+fn count(n: usize, what: &str) -> String {
+    if n == 1 {
+        format!("1 {what}")
+    } else {
+        format!("{n} {what}s")
+    }
+}
+
+fn seconds_json(parts: &[(&str, Seconds)], pick: impl Fn(&Seconds) -> f64) -> Value {
+    Value::Object(
+        parts
+            .iter()
+            .map(|(name, seconds)| ((*name).to_owned(), json!(pick(seconds))))
+            .collect(),
+    )
+}
+
+/// The statistics under the names that reports use.
+pub(crate) fn statistics_json(statistics: &Statistics) -> Value {
+    let pairs = statistics.pairs();
+    let histogram = &statistics.discontinuities;
+    let used = histogram.iter().rposition(|&n| n > 0).map_or(0, |last| last + 1);
+    json!({
+        "rays": { "primary": statistics.primary_rays, "visibility": statistics.visibility_tests },
+        "tests_per_pixel_light": share(statistics.visibility_tests, pairs),
+        "tests_per_pixel_light_inner":
+            share(statistics.visibility_tests - statistics.end_tests, pairs),
+        "share": {
+            "lit": share(statistics.lit, pairs),
+            "penumbra": share(statistics.penumbra, pairs),
+            "umbra": share(statistics.umbra, pairs),
+        },
+        "hits": statistics.hits,
+        "discontinuity_histogram": histogram[..used],
+        "skipped": {
+            "below_horizon": statistics.skipped.below_horizon,
+            "no_power": statistics.skipped.no_power,
+            "horizon_clipped": statistics.skipped.horizon_clipped,
+        },
+    })
+}
+
+fn print_statistics(statistics: &Statistics) {
+    let pairs = statistics.pairs();
+    let percent = |part| 100.0 * share(part, pairs);
+    println!(
+        "lit {:.1}%, penumbra {:.1}%, umbra {:.1}% of the pixels and lights; {:.2} visibility tests each",
+        percent(statistics.lit),
+        percent(statistics.penumbra),
+        percent(statistics.umbra),
+        share(statistics.visibility_tests, pairs)
+    );
+}

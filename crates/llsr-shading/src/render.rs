@@ -1,0 +1,309 @@
+//! The tile renderer.
+
+use std::f64::consts::PI;
+
+use glam::Vec3;
+use llsr_scene::{Camera, LightId, Scene, Viewport};
+use llsr_tracer::Tracer;
+use rayon::prelude::*;
+
+use crate::direct::Pixel;
+use crate::random::{mix, stream};
+use crate::{DirectLight, Film, Layer, LightAnswer, LightState, Scratch, Settings, Statistics, SurfacePoint};
+
+/// Width and height of a tile in pixels: wide, because coherence runs along rows and starts anew at each tile.
+pub const TILE: (u32, u32) = (128, 8);
+
+/// A finished picture.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The picture and its layers.
+    pub film: Film,
+    /// What it took.
+    pub statistics: Statistics,
+}
+
+/// The caller's progress function asked to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interrupted;
+
+/// Number of tiles of a picture, each of which is one step of progress.
+pub fn tile_count(viewport: Viewport) -> u64 {
+    u64::from(viewport.width.div_ceil(TILE.0)) * u64::from(viewport.height.div_ceil(TILE.1))
+}
+
+/// Renders a picture with the threads of the current rayon pool.
+///
+/// `progress` is called after each finished tile, from any thread; if it returns false the rendering stops.
+/// The bits of the result depend on the arguments alone, not on the number of threads.
+///
+/// # Errors
+/// [`Interrupted`] if `progress` returned false.
+///
+/// # Panics
+/// If `settings` asks for no samples or for a light that the scene does not have.
+pub fn render(
+    scene: &Scene,
+    tracer: &Tracer,
+    camera: &Camera,
+    viewport: Viewport,
+    settings: &Settings,
+    progress: &(dyn Fn() -> bool + Sync),
+) -> Result<Rendered, Interrupted> {
+    assert!(
+        settings.spp > 0 && settings.samples > 0,
+        "a picture needs at least one sample"
+    );
+    let direct = DirectLight::new(scene, tracer, settings);
+    let columns = viewport.width.div_ceil(TILE.0);
+    let tiles: Vec<Tile> = (0..tile_count(viewport))
+        .map(|i| {
+            Tile::new(
+                viewport,
+                (i % u64::from(columns)) as u32,
+                (i / u64::from(columns)) as u32,
+            )
+        })
+        .collect();
+    let painter = Painter {
+        scene,
+        tracer,
+        camera,
+        viewport,
+        settings,
+        direct: &direct,
+    };
+    let parts: Result<Vec<_>, Interrupted> = tiles
+        .par_iter()
+        .map_init(Brush::default, |brush, tile| {
+            let part = painter.tile(tile, brush);
+            if progress() { Ok(part) } else { Err(Interrupted) }
+        })
+        .collect();
+    let mut film = Film::new(viewport, &settings.layers, scene);
+    let mut statistics = Statistics::default();
+    for (tile, (values, counts)) in tiles.iter().zip(parts?) {
+        statistics.add(&counts);
+        for ((_, channel), values) in film.channels.iter_mut().zip(values.chunks(tile.pixels())) {
+            for (row, values) in values.chunks(tile.width as usize).enumerate() {
+                let start = (tile.y as usize + row) * viewport.width as usize + tile.x as usize;
+                channel[start..start + values.len()].copy_from_slice(values);
+            }
+        }
+    }
+    Ok(Rendered { film, statistics })
+}
+
+/// A rectangle of pixels.
+struct Tile {
+    x: u32,
+    y: u32,
+    width: u32,
+    height: u32,
+}
+
+impl Tile {
+    fn new(viewport: Viewport, column: u32, row: u32) -> Self {
+        let (x, y) = (column * TILE.0, row * TILE.1);
+        Self {
+            x,
+            y,
+            width: TILE.0.min(viewport.width - x),
+            height: TILE.1.min(viewport.height - y),
+        }
+    }
+
+    fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// Memory that one worker keeps from tile to tile.
+#[derive(Default)]
+struct Brush {
+    scratch: Scratch,
+    states: Vec<LightState>,
+    pixel: Vec<f64>,
+}
+
+struct Painter<'a> {
+    scene: &'a Scene,
+    tracer: &'a Tracer,
+    camera: &'a Camera,
+    viewport: Viewport,
+    settings: &'a Settings,
+    direct: &'a DirectLight<'a>,
+}
+
+impl Painter<'_> {
+    /// All channels of a tile, one after the other, and what it took.
+    fn tile(&self, tile: &Tile, brush: &mut Brush) -> (Vec<f32>, Statistics) {
+        let channels = 3 + self
+            .settings
+            .layers
+            .iter()
+            .map(|layer| layer.channel_count())
+            .sum::<usize>();
+        let mut values = vec![0f32; channels * tile.pixels()];
+        let mut statistics = Statistics::default();
+        for row in 0..tile.height {
+            brush.states.iter_mut().for_each(LightState::clear);
+            brush
+                .states
+                .resize(self.scene.lights.len(), LightState::default());
+            for column in 0..tile.width {
+                brush.pixel.clear();
+                brush.pixel.resize(channels, 0.0);
+                self.pixel(tile.x + column, tile.y + row, brush, &mut statistics);
+                let index = (row * tile.width + column) as usize;
+                for (channel, &value) in brush.pixel.iter().enumerate() {
+                    values[channel * tile.pixels() + index] = value as f32;
+                }
+            }
+        }
+        (values, statistics)
+    }
+
+    /// Adds up all subsamples of one pixel in `brush.pixel`.
+    fn pixel(&self, x: u32, y: u32, brush: &mut Brush, statistics: &mut Statistics) {
+        let weight = 1.0 / f64::from(self.settings.spp);
+        let index = u64::from(y) * u64::from(self.viewport.width) + u64::from(x);
+        for subsample in 0..self.settings.spp {
+            let (dx, dy) = subpixel(self.settings.spp, subsample, mix(self.settings.seed ^ mix(index)));
+            let (origin, direction) = self
+                .camera
+                .ray(self.viewport, f64::from(x) + dx, f64::from(y) + dy);
+            statistics.primary_rays += 1;
+            let hit = self.tracer.closest(origin, direction, f64::INFINITY);
+            let surface = hit.map(|hit| SurfacePoint::new(self.scene, &hit, direction));
+            if let Some(surface) = &surface {
+                statistics.hits += 1;
+                let at = Pixel {
+                    x,
+                    y,
+                    index,
+                    subsample,
+                };
+                self.surface(surface, at, weight, brush, statistics);
+            }
+            self.geometry_layers(surface.as_ref(), weight, &mut brush.pixel);
+        }
+    }
+
+    /// Light on a surface point, added to the picture and to the layers that concern light.
+    fn surface(
+        &self,
+        surface: &SurfacePoint,
+        at: Pixel,
+        weight: f64,
+        brush: &mut Brush,
+        statistics: &mut Statistics,
+    ) {
+        let mut lit = Vec3::ZERO;
+        let mut sum = LightAnswer::default();
+        for light in 0..self.scene.lights.len() {
+            let id = LightId::from(light);
+            let mut rng = stream(self.settings.seed, at.index, at.subsample, light as u32);
+            let state = &mut brush.states[light];
+            let answer = self
+                .direct
+                .shade(surface, id, at, state, &mut rng, &mut brush.scratch, statistics);
+            lit += self.scene.lights[light].color() * answer.irradiance as f32;
+            sum.add(&answer);
+            let mut channel = 3;
+            for &layer in &self.settings.layers {
+                if layer == Layer::IrradianceOf(id) {
+                    brush.pixel[channel] += weight * answer.irradiance;
+                }
+                channel += layer.channel_count();
+            }
+        }
+        let radiance = (surface.albedo * lit).as_dvec3() / PI + surface.emission.as_dvec3();
+        for (i, value) in radiance.to_array().into_iter().enumerate() {
+            brush.pixel[i] += weight * value;
+        }
+        let mut channel = 3;
+        for &layer in &self.settings.layers {
+            let value = match layer {
+                Layer::Irradiance => Some(sum.irradiance),
+                Layer::Discontinuities => Some(f64::from(sum.discontinuities)),
+                Layer::Tests => Some(f64::from(sum.tests)),
+                Layer::Certificate => Some(f64::from(sum.certificate.level())),
+                _ => None,
+            };
+            if let Some(value) = value {
+                brush.pixel[channel] += weight * value;
+            }
+            channel += layer.channel_count();
+        }
+    }
+
+    /// Layers that do not depend on light.
+    fn geometry_layers(&self, surface: Option<&SurfacePoint>, weight: f64, pixel: &mut [f64]) {
+        let mut channel = 3;
+        for &layer in &self.settings.layers {
+            match (layer, surface) {
+                (Layer::Albedo, Some(s)) => {
+                    for (i, value) in s.albedo.to_array().into_iter().enumerate() {
+                        pixel[channel + i] += weight * f64::from(value);
+                    }
+                }
+                (Layer::Normal, Some(s)) => {
+                    for (i, value) in s.shading_normal.to_array().into_iter().enumerate() {
+                        pixel[channel + i] += weight * value;
+                    }
+                }
+                (Layer::Depth, surface) => {
+                    pixel[channel] += weight * surface.map_or(f64::INFINITY, |s| s.distance);
+                }
+                _ => {}
+            }
+            channel += layer.channel_count();
+        }
+    }
+}
+
+/// Where subsample `index` of `count` lies in its pixel: the centre if it is alone, else one random point in
+/// each of `count` cells of equal area, in rows.
+fn subpixel(count: u32, index: u32, pixel_seed: u64) -> (f64, f64) {
+    if count == 1 {
+        return (0.5, 0.5);
+    }
+    let columns = f64::from(count).sqrt().ceil() as u32;
+    let (row, in_row) = (index / columns, index % columns);
+    // The last row may hold fewer cells; rows are as high as their cells are many, so that areas are equal.
+    let cells = columns.min(count - row * columns);
+    let bits = mix(pixel_seed ^ u64::from(index + 1));
+    let unit = |bits: u64| (bits >> 40) as f64 / (1u64 << 24) as f64;
+    let dx = (f64::from(in_row) + unit(bits)) / f64::from(cells);
+    let dy = (f64::from(row * columns) + unit(bits << 24) * f64::from(cells)) / f64::from(count);
+    (dx, dy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::subpixel;
+
+    #[test]
+    fn subsamples_stay_in_the_pixel_and_average_to_its_centre() {
+        assert_eq!(subpixel(1, 0, 7), (0.5, 0.5), "one ray goes through the centre");
+        for count in [2, 3, 5, 16, 17, 64] {
+            let (mut sx, mut sy) = (0.0, 0.0);
+            let pixels = 400;
+            for pixel in 0..pixels {
+                for index in 0..count {
+                    let (x, y) = subpixel(count, index, super::mix(pixel));
+                    assert!(
+                        (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y),
+                        "({x}, {y}) of {count}"
+                    );
+                    sx += x;
+                    sy += y;
+                }
+            }
+            let n = f64::from(count) * pixels as f64;
+            assert!((sx / n - 0.5).abs() < 0.02, "{count}: mean x {}", sx / n);
+            assert!((sy / n - 0.5).abs() < 0.02, "{count}: mean y {}", sy / n);
+        }
+    }
+}
