@@ -32,12 +32,17 @@
 //!   first is then at least 3/2 of the second, so at most a factor of five of precision is lost.
 //!
 //! # Error
-//! Relative to the irradiance of the receiver and the light as given, with `e` = 2^-53, `R` the distance to
-//! the nearer end of the light and `m` the largest distance to an end of the panel:
-//! at most `100 e (1 + R / h + m / (n.x))` (diffuse) and `50 e (1 + m / (n.x))` (isotropic), where `n.x` is the
-//! larger height of a panel end over the receiver's plane; plus, for a panel narrower than the rounding of
-//! `t`, the relative error of its width, and the change of the irradiance over a step of `e` in `t`.
-//! The `R / h` is the error of `h` itself, seen nearly end-on; the `m / (n.x)` that of a light low over the horizon.
+//! Relative to the irradiance of exactly the receiver and light given, with `e` = 2^-53, `R` the distance to the
+//! nearer end of the light, `m` the larger distance to an end of the panel, `n.x` the larger height of those
+//! over the receiver's plane, and `q` the distance to the nearest point of the panel, it is at most
+//!
+//! ```text
+//! diffuse    100 e (1 + R / h + m / n.x) + 8 e (1 / (t1 - t0) + L / q)
+//! isotropic   50 e (1         + m / n.x) + 8 e (1 / (t1 - t0) + L / q)
+//! ```
+//!
+//! `R / h` is the error of `h` itself, seen nearly end-on; `m / n.x` that of a light low over the horizon; the
+//! rest is the rounding of `t`. Where coordinates subtract without rounding it is below 1e-13 + 1e-15 L / q.
 //!
 //! Source: the two emission laws integrated here; the isotropic field is the textbook field of a charged line.
 

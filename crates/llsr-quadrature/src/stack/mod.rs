@@ -29,6 +29,9 @@
 //! Since the lines are ordinary lights, everything that works for those works here: searching their
 //! visibility, closed forms, glossy lobes. Their flux is *as seen from one receiver*: it is not the light's.
 //!
+//! A glossy lobe narrower than the view of the gap between two lines shows the lines one by one; then take more
+//! lines, or jittered ones.
+//!
 //! [`LineIrradiance`]: crate::LineIrradiance
 
 mod disc;
