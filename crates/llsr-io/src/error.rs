@@ -127,6 +127,21 @@ impl Error {
         }
     }
 
+    /// The cause alone, for a sentence that has named the file already.
+    pub(crate) fn brief(&self) -> String {
+        match self {
+            Self::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+                "not found".to_owned()
+            }
+            Self::Io { source, .. } => source.to_string(),
+            Self::Malformed { element, cause, .. } => format!("{element} {cause}"),
+            Self::TooLarge { needed, limit, .. } => {
+                format!("{needed} MiB is more than the limit of {limit} MiB")
+            }
+            other => other.to_string(),
+        }
+    }
+
     pub(crate) fn unwritable(path: &Path, cause: impl Into<String>) -> Self {
         Self::Unwritable {
             path: path.to_owned(),

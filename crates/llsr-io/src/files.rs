@@ -18,7 +18,7 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     if !metadata.is_file() {
         return Err(Error::malformed(
             path,
-            "the file",
+            "it",
             "is a directory or device, not a file",
         ));
     }

@@ -47,26 +47,21 @@ pub struct Loaded {
 /// If the file cannot be read or is beyond repair, names an extension that it requires and that is unknown here, holds nothing
 /// usable, lacks a material asked for, or mixes lumens and watts.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
-    let ending = path
-        .extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_ascii_lowercase();
+    // Before reading what nothing can be done with.
+    Format::of(path)?;
+    read_scene(path, files::read(path, files::LARGEST_FILE)?, options)
+}
+
+/// Reads a scene from the bytes of a file, as [`load_scene`] does; `path` says which format it is, where the files
+/// beside it are, and what to call it in messages. It need not exist.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn read_scene(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<Loaded, Error> {
     let mut warnings = Warnings::default();
-    let read = |limit| files::read(path, limit);
-    let mut import = match ending.as_str() {
-        "obj" => obj::read(path, &read(files::LARGEST_FILE)?, &mut warnings)?,
-        "gltf" | "glb" => gltf::read(path, read(files::LARGEST_FILE)?, &mut warnings)?,
-        _ => {
-            let what = "scenes";
-            let use_instead = ".obj, .gltf or .glb";
-            return Err(Error::Ending {
-                path: path.to_owned(),
-                what,
-                ending,
-                use_instead,
-            });
-        }
+    let mut import = match Format::of(path)? {
+        Format::Obj => obj::read(path, &bytes, &mut warnings)?,
+        Format::Gltf => gltf::read(path, bytes, &mut warnings)?,
     };
     if import.name.is_empty() {
         import.name = path
@@ -101,6 +96,35 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         });
     }
     Ok(Loaded { scene, warnings })
+}
+
+/// What an ending stands for.
+enum Format {
+    Obj,
+    Gltf,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, Error> {
+        let ending = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_ascii_lowercase();
+        match ending.as_str() {
+            "obj" => Ok(Self::Obj),
+            "gltf" | "glb" => Ok(Self::Gltf),
+            _ => {
+                let (what, use_instead) = ("scenes", ".obj, .gltf or .glb");
+                Err(Error::Ending {
+                    path: path.to_owned(),
+                    what,
+                    ending,
+                    use_instead,
+                })
+            }
+        }
+    }
 }
 
 /// More lights than this are taken for damage.

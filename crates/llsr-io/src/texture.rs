@@ -45,13 +45,14 @@ impl Decoder {
                 "has {width} x {height} pixels: at most {limit} million each and {together} million in all are read"
             ));
         }
+        // Before decoding: what fails late costs as much as what works.
+        self.pixels += pixels;
         let mut reader = ImageReader::new(Cursor::new(bytes));
         if let Some(format) = format {
             reader.set_format(format);
         }
         reader.limits(limits);
         let image = reader.decode().map_err(|e| e.to_string())?.into_rgb8();
-        self.pixels += pixels;
         let pixels = image
             .as_raw()
             .chunks_exact(3)

@@ -153,7 +153,10 @@ impl Warnings {
         };
         warning.count += count;
         if warning.elements.len() < NAMED {
-            warning.elements.push(shortened(element()));
+            let element = shortened(element());
+            if !warning.elements.contains(&element) {
+                warning.elements.push(element);
+            }
         }
     }
 

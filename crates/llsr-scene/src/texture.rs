@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::{Vec2, Vec3};
 
 /// What happens to texture coordinates outside [0, 1].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
     /// The texture repeats.
     #[default]

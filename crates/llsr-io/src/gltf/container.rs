@@ -227,7 +227,7 @@ pub(super) fn resolve(path: &Path, uri: &str, limit: u64) -> Result<Vec<u8>, Str
     let name = percent_decoded(uri).ok_or_else(|| format!("{uri:?} is no file name"))?;
     let file = files::beside(files::directory_of(path), &name)
         .ok_or_else(|| format!("{name:?} is not a file below the scene's folder"))?;
-    files::read(&file, limit).map_err(|error| error.to_string())
+    files::read(&file, limit).map_err(|error| format!("{name:?}: {}", error.brief()))
 }
 
 /// `%20` and the like as the bytes they stand for.

@@ -14,7 +14,9 @@ struct Outer<'a> {
 
 /// The `llsr` entry of some extras: `None` if there is none, an error sentence if it cannot be understood.
 pub(super) fn read<'de, T: Deserialize<'de>>(extras: &'de gltf::json::Extras) -> Option<Result<T, String>> {
-    let outer: Outer<'de> = serde_json::from_str(extras.as_ref()?.get()).ok()?;
+    let text = extras.as_ref()?.get();
+    // A list would do for a structure too.
+    let outer: Outer<'de> = serde_json::from_str(text.trim_start().starts_with('{').then_some(text)?).ok()?;
     let entry = outer.llsr?;
     Some(serde_json::from_str(entry.get()).map_err(|error| format!("extras.llsr: {error}")))
 }
@@ -56,6 +58,14 @@ pub(super) struct NodeExtras {
     /// Replaces the node's mesh, which shows it to other programs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) primitive: Option<PrimitiveExtras>,
+}
+
+/// Of a camera.
+#[derive(Debug, Default, Deserialize, Serialize)]
+pub(super) struct CameraExtras {
+    /// Horizontal opening angle, which goes before the vertical one of the format (radians).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) horizontal: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]

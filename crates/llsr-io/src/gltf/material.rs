@@ -23,6 +23,9 @@ const GREY: f32 = 0.8;
 /// Bytes of one image file.
 const LARGEST_IMAGE: u64 = 256 << 20;
 
+/// Bytes of all image files.
+const LARGEST_IMAGES: u64 = 4 << 30;
+
 /// Reads all materials, in the order of the file, and one more for primitives that have none.
 pub(super) fn read(
     path: &Path,
@@ -36,6 +39,7 @@ pub(super) fn read(
         root,
         buffers,
         decoder: Decoder::default(),
+        unread: LARGEST_IMAGES,
         known: HashMap::new(),
     };
     let mut uv_sets = Vec::new();
@@ -137,13 +141,15 @@ fn mean(texture: &Texture) -> Vec3 {
     Vec3::from_array(counts.map(channel))
 }
 
-/// Decodes each texture once.
+/// Decodes each image once for each way to repeat it.
 struct Textures<'a> {
     path: &'a Path,
     root: &'a Root,
     buffers: &'a [Option<Vec<u8>>],
     decoder: Decoder,
-    known: HashMap<usize, Option<TextureId>>,
+    /// Bytes of image files that may still be read.
+    unread: u64,
+    known: HashMap<(usize, [Wrap; 2]), Option<TextureId>>,
 }
 
 impl Textures<'_> {
@@ -194,46 +200,52 @@ impl Textures<'_> {
         import: &mut Import,
         warnings: &mut Warnings,
     ) -> Option<TextureId> {
-        if let Some(known) = self.known.get(&index) {
-            return *known;
-        }
-        let texture = match self.decode(index) {
-            Ok(texture) => {
-                import.textures.push(texture);
-                Some(TextureId::from(import.textures.len() - 1))
+        let texture = self.find(index).and_then(|(image, wrap)| {
+            if let Some(known) = self.known.get(&(image, wrap)) {
+                return known.ok_or_else(|| format!("image {image} cannot be read"));
             }
-            Err(cause) => {
+            let decoded = self.decode(index, image, wrap).map(|texture| {
+                import.textures.push(texture);
+                TextureId::from(import.textures.len() - 1)
+            });
+            self.known.insert((image, wrap), decoded.as_ref().ok().copied());
+            decoded
+        });
+        texture
+            .map_err(|cause| {
                 warnings.add(WarningKind::MissingTexture, || {
                     format!("texture {index} of {}: {cause}", place())
                 });
-                None
-            }
-        };
-        self.known.insert(index, texture);
-        texture
+            })
+            .ok()
     }
 
-    fn decode(&mut self, index: usize) -> Result<Texture, String> {
+    /// The image of a texture and how it repeats.
+    fn find(&self, index: usize) -> Result<(usize, [Wrap; 2]), String> {
         let texture = self
             .root
             .textures
             .get(index)
             .ok_or("there is none of that number")?;
-        let image = self
-            .root
-            .images
-            .get(texture.source.value())
-            .ok_or("its image does not exist")?;
         let sampler = texture
             .sampler
             .and_then(|sampler| self.root.samplers.get(sampler.value()));
         let wrap = sampler.map_or([Wrap::Repeat; 2], |sampler| {
             [sampler.wrap_s, sampler.wrap_t].map(wrapping)
         });
-        let name = image.name.as_deref().or(texture.name.as_deref());
+        Ok((texture.source.value(), wrap))
+    }
+
+    fn decode(&mut self, texture: usize, image: usize, wrap: [Wrap; 2]) -> Result<Texture, String> {
+        let image = self.root.images.get(image).ok_or("its image does not exist")?;
+        let name = image
+            .name
+            .as_deref()
+            .or(self.root.textures[texture].name.as_deref());
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
-                let bytes = resolve(self.path, uri, LARGEST_IMAGE)?;
+                let bytes = resolve(self.path, uri, LARGEST_IMAGE.min(self.unread))?;
+                self.unread = self.unread.saturating_sub(bytes.len() as u64);
                 let name = name.unwrap_or(if uri.starts_with("data:") { "" } else { uri });
                 self.decoder.decode(name, &bytes, wrap)
             }

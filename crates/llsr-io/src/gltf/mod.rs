@@ -6,6 +6,10 @@ mod extras;
 mod material;
 mod mesh;
 mod node;
+mod tessellate;
+mod write;
+
+pub use self::write::write_gltf;
 
 use std::path::Path;
 

@@ -15,7 +15,7 @@ use llsr_scene::{
 };
 
 use super::container::{Precise, PreciseNode};
-use super::extras::{self, NodeExtras};
+use super::extras::{self, CameraExtras, NodeExtras};
 use super::mesh::label;
 use crate::error::Error;
 use crate::import::{FARTHEST, Import, ImportObject};
@@ -352,9 +352,16 @@ impl Walk<'_> {
         let projection = self.root.cameras.get(camera).and_then(|source| {
             let projection = match (source.type_, &source.perspective, &source.orthographic) {
                 (Checked::Valid(CameraType::Perspective), Some(p), _) => {
-                    let angle = f64::from(p.yfov);
-                    (0.0 < angle && angle < PI)
-                        .then_some(Projection::Perspective(FieldOfView::Vertical(angle)))
+                    let horizontal = match extras::read::<CameraExtras>(&source.extras) {
+                        Some(Ok(extras)) => extras.horizontal,
+                        _ => None,
+                    };
+                    let angle = horizontal.unwrap_or(f64::from(p.yfov));
+                    let field = match horizontal {
+                        Some(angle) => FieldOfView::Horizontal(angle),
+                        None => FieldOfView::Vertical(angle),
+                    };
+                    (0.0 < angle && angle < PI).then_some(Projection::Perspective(field))
                 }
                 (Checked::Valid(CameraType::Orthographic), _, Some(o)) => {
                     // Some exporters write negative magnifications.

@@ -3,7 +3,7 @@
 //! Each material's text is checked before tobj reads it, one material at a time: tobj panics on a colour with fewer
 //! than three numbers and gives up a whole library for one bad line.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -42,8 +42,9 @@ pub(super) fn read(
 ) -> Result<MaterialIds, Error> {
     let directory = files::directory_of(path);
     let mut found: HashMap<String, (Material, Option<TextureStatement>)> = HashMap::new();
+    let mut known = HashSet::new();
     for (names, line) in &cleaned.libraries {
-        for (library, text) in open(directory, names, *line, warnings) {
+        for (library, text) in open(directory, names, *line, &mut known, warnings) {
             parse(&library, &text, &mut found, warnings);
         }
     }
@@ -83,31 +84,54 @@ pub(super) fn read(
     Ok(MaterialIds { ids, default })
 }
 
-/// The texts of the libraries that one `mtllib` statement names: one file with blanks in its name, or several files.
-fn open(directory: &Path, names: &str, line: u32, warnings: &mut Warnings) -> Vec<(PathBuf, Vec<u8>)> {
+/// The texts of the libraries that one `mtllib` statement names and that are not yet `known`: one file with blanks in
+/// its name, or several files.
+fn open(
+    directory: &Path,
+    names: &str,
+    line: u32,
+    known: &mut HashSet<PathBuf>,
+    warnings: &mut Warnings,
+) -> Vec<(PathBuf, Vec<u8>)> {
     /// No library of honest size comes near this (bytes).
     const LARGEST: u64 = 64 << 20;
-    let whole = files::beside(directory, names);
-    if let Some(file) = &whole
-        && let Ok(text) = files::read(file, LARGEST)
-    {
-        return vec![(file.clone(), text)];
-    }
+    let read = |name: &str| match files::beside(directory, name) {
+        None => Err("lies outside the folder of the OBJ file".to_owned()),
+        Some(file) => match files::read(&file, LARGEST) {
+            Ok(text) => Ok((file, text)),
+            Err(error) => Err(error.brief()),
+        },
+    };
+    let whole = read(names);
+    let whole_name = names;
+    // A blank may be escaped to show that it belongs to a name.
+    let names: Vec<String> = names
+        .replace("\\ ", "\0")
+        .split_whitespace()
+        .map(|name| name.replace('\0', " "))
+        .collect();
+    let found = match whole {
+        Ok(library) => vec![Ok(library)],
+        Err(cause) if names.len() == 1 => vec![Err((whole_name.to_owned(), cause))],
+        Err(_) => names
+            .into_iter()
+            .map(|name| read(&name).map_err(|cause| (name, cause)))
+            .collect(),
+    };
     let mut texts = Vec::new();
-    for name in names.split_whitespace() {
-        let cause = match files::beside(directory, name) {
-            None => "lies outside the folder of the OBJ file".to_owned(),
-            Some(file) => match files::read(&file, LARGEST) {
-                Ok(text) => {
+    for library in found {
+        match library {
+            Ok((file, text)) => {
+                if known.insert(file.clone()) {
                     texts.push((file, text));
-                    continue;
                 }
-                Err(error) => error.to_string(),
-            },
-        };
-        warnings.add(WarningKind::MissingMaterials, || {
-            format!("line {line}: {name}: {cause}")
-        });
+            }
+            Err((name, cause)) => {
+                warnings.add(WarningKind::MissingMaterials, || {
+                    format!("line {line}: {name}: {cause}")
+                });
+            }
+        }
     }
     texts
 }
@@ -224,7 +248,7 @@ fn parse(library: &Path, text: &[u8], found: &mut Found, warnings: &mut Warnings
                 "map_Kd" => match texture_statement(rest) {
                     Some(statement) => {
                         texture = Some(TextureStatement {
-                            place: place(),
+                            place: format!("{file} line {line}"),
                             ..statement
                         })
                     }
@@ -371,7 +395,10 @@ impl Textures<'_> {
                     }
                     Err(cause) => {
                         warnings.add(WarningKind::MissingTexture, || {
-                            format!("{} (material {material:?}): {cause}", statement.place)
+                            format!(
+                                "{} (material {material:?}, {}): {cause}",
+                                statement.file, statement.place
+                            )
                         });
                         None
                     }
@@ -408,7 +435,7 @@ impl Textures<'_> {
         for file in candidates.into_iter().flatten() {
             match files::read(&file, LARGEST) {
                 Ok(bytes) => return self.decoder.decode(&statement.file, &bytes, wrap),
-                Err(error) => cause = error.to_string(),
+                Err(error) => cause = error.brief(),
             }
         }
         Err(cause)

@@ -116,11 +116,15 @@ impl Image {
 /// # Errors
 /// If the file cannot be read, is damaged, or claims a size beyond what a file of its length deserves.
 pub fn read_image(path: &Path) -> Result<Image, Error> {
-    let bytes = files::read(path, files::LARGEST_FILE)?;
+    decode(path, &files::read(path, files::LARGEST_FILE)?)
+}
+
+/// Reads the bytes of a picture; `path` is for messages.
+fn decode(path: &Path, bytes: &[u8]) -> Result<Image, Error> {
     let mut image = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        exr::read(path, &bytes)?
+        exr::read(path, bytes)?
     } else if bytes.starts_with(b"\x89PNG") {
-        png::read(path, &bytes)?
+        png::read(path, bytes)?
     } else {
         return Err(Error::malformed(path, "the file", "is neither PNG nor EXR"));
     };

@@ -1,3 +1,5 @@
+//! Pictures written, read back, damaged.
+
 use glam::Vec3;
 
 use super::*;
@@ -163,8 +165,8 @@ fn exposure_brings_any_unit_into_view() {
     let pixels: Vec<Vec3> = (0..1000).map(|i| Vec3::splat(i as f32)).collect();
     let exposure = exposure_for(&pixels);
     assert!(
-        (979.0 * exposure.exp2() - 0.8).abs() < 1e-3,
-        "the 98th percentile is at 0.8"
+        (899.0 * exposure.exp2() - 0.8).abs() < 1e-3,
+        "the 90th percentile is at 0.8"
     );
     let darker: Vec<Vec3> = pixels.iter().map(|p| p / 1024.0).collect();
     assert!(
@@ -226,8 +228,7 @@ fn flipped_bits_of_pictures_never_panic() {
         for bit in 0..8 * bytes.len() {
             let mut damaged = bytes.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
-            std::fs::write(&path, &damaged).expect("a damaged picture");
-            if let Ok(image) = read_image(&path) {
+            if let Ok(image) = decode(&path, &damaged) {
                 assert!(image.fault().is_none(), "what is read fits together (bit {bit})");
             }
         }
