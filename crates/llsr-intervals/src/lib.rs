@@ -9,12 +9,20 @@
 //! ```
 
 mod arithmetic;
+mod exact;
 mod interval;
+mod plain;
 mod real;
 mod slices;
+mod tree;
 mod vector;
 
+pub use exact::{Viewpoint, orientation};
 pub use interval::Interval;
+pub use plain::{PlainStatistics, PlainTree};
 pub use real::Real;
 pub use slices::IntervalSlices;
+pub use tree::{
+    Instructions, Plane, PlaneScan, PlaneTree, QueryScratch, QueryStatistics, Select, TreeOptions,
+};
 pub use vector::IntervalVec3;

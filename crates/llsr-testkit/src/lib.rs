@@ -1,5 +1,6 @@
 //! Slow oracles, corpora and proptest strategies for the tests of the workspace.
 
+pub mod edges;
 pub mod intervals;
 pub mod quadrature;
 pub mod tracer;
