@@ -44,6 +44,8 @@ pub(crate) struct Common {
 pub(crate) enum Command {
     /// Render a picture (.png for looking at, .exr with layers for work)
     Render(RenderArgs),
+    /// Measure error against run time, method by method
+    Bench(BenchArgs),
     /// Say what a scene file holds: units, camera, lights, repairs and what was left out
     Info(InfoArgs),
     /// Compare two pictures: rmse, rel_rmse, max, psnr and flip
@@ -160,6 +162,18 @@ pub(crate) enum Tone {
     Srgb,
     /// A soft shoulder that keeps bright parts apart
     Filmic,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct BenchArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Methods to measure, separated by commas [default: all]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = str::parse::<Method>)]
+    pub(crate) methods: Vec<Method>,
+    /// Plot to write
+    #[arg(short, long, value_name = "PLOT.svg")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Args, Clone, Debug)]

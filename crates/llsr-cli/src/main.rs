@@ -6,6 +6,7 @@ mod clock;
 mod command;
 mod failure;
 mod load;
+mod plot;
 mod progress;
 mod report;
 
@@ -44,6 +45,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
             command::render::run(&args, &cli.common, true)
         }
         Some(Command::Render(args)) => command::render::run(args, &cli.common, false),
+        Some(Command::Bench(args)) => command::bench::run(args, &cli.common),
         Some(Command::Info(args)) => command::info::run(args, &cli.common),
         Some(Command::Diff(args)) => command::diff::run(args, &cli.common),
         Some(Command::Demo(args)) => command::demo::run(args, &cli.common),

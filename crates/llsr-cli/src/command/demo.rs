@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use llsr_io::write_gltf;
 use llsr_scene::demo;
 
 use crate::args::{Common, DemoArgs};
@@ -24,12 +25,7 @@ pub(crate) fn run(args: &DemoArgs, common: &Common) -> Result<(), Failure> {
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{bare}.gltf")));
-    if scene.name == bare {
-        return Err(Failure::Work(format!(
-            "{}: built-in scenes cannot be written yet",
-            output.display()
-        )));
-    }
+    write_gltf(&output, &scene)?;
     if !common.quiet {
         println!("wrote {}", output.display());
     }

@@ -1,5 +1,6 @@
 //! One module a command.
 
+pub(crate) mod bench;
 pub(crate) mod demo;
 pub(crate) mod diff;
 pub(crate) mod info;
