@@ -30,13 +30,7 @@ pub fn dithered_bisection<V: Visibility + ?Sized>(
     stop: Stop,
     shift: f64,
 ) -> Found {
-    let shift = if shift.is_finite() {
-        shift.rem_euclid(1.0)
-    } else {
-        0.5
-    };
-    // A shift just below zero rounds up to a whole cell.
-    let shift = if shift < 1.0 { shift } else { 0.0 };
+    let shift = fraction(shift);
     let Some(spacing) = spacing(&bracket, stop) else {
         return Found::at_midpoint(bracket, 0);
     };
@@ -92,4 +86,14 @@ fn spacing(bracket: &Bracket, stop: Stop) -> Option<f64> {
     let resolution = 8.0 * f64::EPSILON * largest;
     let spacing = (length / cells).max(resolution);
     (length > spacing || (cells == 1.0 && length > resolution)).then_some(spacing)
+}
+
+/// `x` modulo 1, in [0, 1); 1/2 for what is not finite.
+fn fraction(x: f64) -> f64 {
+    if (0.0..1.0).contains(&x) {
+        return x;
+    }
+    let fraction = if x.is_finite() { x.rem_euclid(1.0) } else { 0.5 };
+    // A number just below zero rounds up to a whole cell.
+    if fraction < 1.0 { fraction } else { 0.0 }
 }

@@ -1,3 +1,5 @@
+//! The closed forms against the paper, against integration cell by cell and against each other.
+
 use super::*;
 
 /// Table 1 of OF99, with the sign of its last cell corrected.

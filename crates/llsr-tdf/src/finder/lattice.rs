@@ -29,20 +29,19 @@ impl Lattice {
     pub(super) fn new(epsilon: f64, nu: f64, shift: f64) -> Self {
         // Wider than the light is wide enough.
         let nu = supported_nu(nu).min(2.0);
-        let mut halvings = 0;
-        let fits = |halvings: u32| {
-            let cell = 0.5f64.powi(halvings as i32);
-            0.5 * cell <= epsilon && cell <= nu
-        };
-        while halvings < MAX_HALVINGS && !fits(halvings) {
+        let (mut halvings, mut cell) = (0, 1.0);
+        // Negated, so that a tolerance that is no number asks for the finest.
+        let fits = |cell: f64| 0.5 * cell <= epsilon && cell <= nu;
+        while halvings < MAX_HALVINGS && !fits(cell) {
             halvings += 1;
+            cell *= 0.5;
         }
         let coarse = 1i64 << LEVELS;
         let end = 1i64 << (halvings + LEVELS);
         let steps = fraction(shift) * coarse as f64;
         Self {
-            spacing: 1.0 / end as f64,
-            shift: steps.fract(),
+            spacing: cell / coarse as f64,
+            shift: steps - (steps as i64) as f64,
             phase: steps as i64,
             coarse,
             end,
@@ -57,23 +56,23 @@ impl Lattice {
 
     /// The place of `t` in steps: lattice points are whole numbers.
     pub(super) fn steps(&self, t: f64) -> f64 {
-        t / self.spacing - self.shift
+        t * self.end as f64 - self.shift
     }
 
-    /// The last point of the lattice of `step` at or below `index`.
+    /// The last point of the lattice of `step`, a power of two, at or below `index`.
     pub(super) fn at_or_below(&self, index: i64, step: i64) -> i64 {
-        index - (index - self.phase).rem_euclid(step)
+        index - ((index - self.phase) & (step - 1))
     }
 
-    /// The first point of the lattice of `step` at or above `index`.
+    /// The first point of the lattice of `step`, a power of two, at or above `index`.
     pub(super) fn at_or_above(&self, index: i64, step: i64) -> i64 {
-        index + (self.phase - index).rem_euclid(step)
+        index + ((self.phase - index) & (step - 1))
     }
 
     /// The step fit for a change between runs of the given widths (light parameters): the largest power of
     /// two of at most half the narrower run.
     pub(super) fn step_for(&self, narrower: f64) -> i64 {
-        let room = 0.5 * narrower / self.spacing;
+        let room = 0.5 * narrower * self.end as f64;
         let mut step = self.coarse;
         while step > 1 && step as f64 > room {
             step /= 2;
@@ -84,6 +83,9 @@ impl Lattice {
 
 /// `x` modulo 1, in [0, 1); 1/2 for what is not finite.
 pub(super) fn fraction(x: f64) -> f64 {
+    if (0.0..1.0).contains(&x) {
+        return x;
+    }
     let fraction = if x.is_finite() { x.rem_euclid(1.0) } else { 0.5 };
     if fraction < 1.0 { fraction } else { 0.0 }
 }

@@ -39,7 +39,8 @@ impl Open {
             Search::Down(distance) if 2 * distance < length => return Some(self.hi - distance),
             _ => self.search = Search::Halve,
         }
-        Some(self.lo + length / self.step / 2 * self.step)
+        // Half way, on the lattice of a step that is a power of two.
+        Some(self.lo + ((length / 2) & !(self.step - 1)))
     }
 
     /// Takes the answer at `index`.
