@@ -207,51 +207,39 @@ fn rod(scene: &mut Scene, name: &str, a: Vec3, b: Vec3, radius: f32, material: M
     scene.add_primitive(name, Primitive { shape, material });
 }
 
-/// Upright poles beside the doors, and overhead rails on hangers.
+/// An upright pole beside each door and an overhead rail on two hangers, all on the far side: on the near side they
+/// would stand between a tube and everything in view. Arm rests on both.
 fn rails(scene: &mut Scene, materials: &Materials) {
     let steel = materials.steel;
     let v = Vec3::new;
+    for (center, half) in DOORS {
+        let x = center - half - 0.08;
+        rod(scene, "pole", v(x, 0.0, -1.2), v(x, HEIGHT, -1.2), 0.018, steel);
+    }
+    let (x0, x1, z) = (-3.5, 0.6, -0.66);
+    rod(
+        scene,
+        "overhead rail",
+        v(x0, 1.95, z),
+        v(x1, 1.95, z),
+        0.016,
+        steel,
+    );
+    for x in [x0, x1] {
+        rod(scene, "hanger", v(x, 1.95, z), v(x, HEIGHT, z), 0.012, steel);
+        let shape = Shape::Sphere {
+            center: v(x, 1.95, z),
+            radius: 0.03,
+        };
+        scene.add_primitive(
+            "rail end",
+            Primitive {
+                shape,
+                material: steel,
+            },
+        );
+    }
     for side in [-1.0f32, 1.0] {
-        for (center, half) in DOORS {
-            for x in [center - half - 0.08, center + half + 0.08] {
-                rod(
-                    scene,
-                    "pole",
-                    v(x, 0.0, side * 0.92),
-                    v(x, HEIGHT, side * 0.92),
-                    0.018,
-                    steel,
-                );
-            }
-        }
-        let z = side * 0.66;
-        for (x0, x1) in [(-3.5f32, 0.6), (2.9, 6.2)] {
-            rod(
-                scene,
-                "overhead rail",
-                v(x0, 1.95, z),
-                v(x1, 1.95, z),
-                0.016,
-                steel,
-            );
-            for x in [x0 + 0.05, 0.5 * (x0 + x1), x1 - 0.05] {
-                rod(scene, "hanger", v(x, 1.95, z), v(x, HEIGHT, z), 0.012, steel);
-            }
-            for x in [x0, x1] {
-                let shape = Shape::Sphere {
-                    center: v(x, 1.95, z),
-                    radius: 0.03,
-                };
-                scene.add_primitive(
-                    "rail end",
-                    Primitive {
-                        shape,
-                        material: steel,
-                    },
-                );
-            }
-        }
-        // An arm rest at each side of the middle bench.
         for x in [-1.9f32, -0.1] {
             rod(
                 scene,
