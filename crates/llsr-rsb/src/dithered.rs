@@ -11,7 +11,7 @@ const MAX_TESTS: u32 = 48;
 ///
 /// The lattice has its points at `bracket.lo + (shift + j) h` for whole `j`; `stop` sets the spacing h. Its
 /// outermost cells stick out of the bracket and are kept whole. If `shift` is uniform on [0, 1), estimate
-/// minus change is uniform on [-h/2, h/2], wherever the change lies (subtractive dither; see errata in
+/// minus change is uniform on [-h/2, h/2], wherever the change lies (subtractive dither; see
 /// `docs/papers/of99.md`): no bias, and a mean square error of h²/12. Clamping the estimate to the bracket
 /// brings back a bias of at most h/8 within half a cell of its ends.
 ///
