@@ -1,0 +1,500 @@
+//! The picture of points: what falls into each pixel.
+
+use crate::filter::{DepthFilter, FilterScratch};
+use crate::project::{self, Entries, Level, List, ListMut, SLOT_MASK};
+use crate::store::{LANES, PointStore};
+use crate::view::View;
+use crate::{Error, finish};
+
+/// Set in a region byte if the pixel has a point; the region is in the four bits below.
+pub const OCCUPIED: u8 = 16;
+
+/// The slot of a pixel without a point.
+pub const NO_SLOT: u32 = u32::MAX;
+
+/// The key of a pixel without a point: infinitely far, no slot.
+pub(crate) const NO_KEY: u64 = (f32::INFINITY.to_bits() as u64) << 32 | u32::MAX as u64;
+
+/// Points projected at a time where one thread does everything: their list stays in the first-level cache.
+pub(crate) const BLOCK: usize = 1024;
+
+/// The picture of points: for each pixel the nearest point that falls into it, in planes.
+///
+/// Rows are [`stride`](Self::stride) pixels apart; `row_*` show the picture only, `*_plane` everything. The memory is
+/// kept from frame to frame and grows only with the picture or the store.
+#[derive(Clone, Debug)]
+pub struct PointImage {
+    pub(crate) view: View,
+    stride: usize,
+    /// Depth bits << 32 | region << 28 | slot of the nearest point, whether it is hidden or not.
+    pub(crate) keys: Vec<u64>,
+    pub(crate) planes: Planes,
+    scratch: Vec<FilterScratch>,
+    list: List,
+    /// Scratch of the bands in which the nearest points are found.
+    selected: Vec<List>,
+    /// Entries of each list, of each chunk.
+    lists: Vec<ChunkList>,
+    /// Entries that a chunk's list has room for.
+    chunk_room: usize,
+    counts: Vec<Counts>,
+}
+
+/// What the picture shows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Planes {
+    pub(crate) region: Vec<u8>,
+    pub(crate) age: Vec<u8>,
+    pub(crate) depth: Vec<f32>,
+    pub(crate) colour: Vec<u32>,
+    pub(crate) slot: Vec<u32>,
+}
+
+/// How many points were found where.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Pixels with a point.
+    pub occupied: usize,
+    /// Pixels whose nearest point was dropped because it shone through a nearer surface.
+    pub hidden: usize,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct ChunkList {
+    len: usize,
+}
+
+impl PointImage {
+    /// An empty picture of `width` x `height` pixels.
+    ///
+    /// # Errors
+    /// [`Error::Size`] if a side is 0 or above [`MAX_SIDE`](crate::MAX_SIDE).
+    pub fn new(width: u32, height: u32) -> Result<Self, Error> {
+        let mut image = Self {
+            view: View::new(&glam::Mat4::ZERO, width, height)?,
+            stride: 0,
+            keys: Vec::new(),
+            planes: Planes::default(),
+            scratch: Vec::new(),
+            list: List::default(),
+            selected: Vec::new(),
+            lists: Vec::new(),
+            chunk_room: 0,
+            counts: Vec::new(),
+        };
+        image.set_view(image.view);
+        Ok(image)
+    }
+
+    /// Reprojects all points and drops those that shine through nearer surfaces, on one thread.
+    ///
+    /// The picture takes the size of the view. Of several points in a pixel the nearest is kept; of equally near ones
+    /// that of the lower region and slot.
+    ///
+    /// # Cost
+    /// Proportional to the slots of the store plus the pixels. No memory is allocated unless picture or store grew.
+    pub fn reproject(&mut self, store: &PointStore, view: &View, filter: &DepthFilter) {
+        self.set_view(*view);
+        self.keys.fill(NO_KEY);
+        self.list.reserve(BLOCK + LANES);
+        let level = Level::detect();
+        let stride = self.stride as u32;
+        let room = self.list.pixel.len();
+        for mut list in self.list.chunks_mut(room) {
+            for first in (0..store.slots()).step_by(BLOCK) {
+                let range = (first, (first + BLOCK).min(store.slots()));
+                let count = project::project(level, store, view, stride, range, &mut list);
+                resolve(&mut self.keys, list.entries(count));
+            }
+        }
+        for band in self.finish_bands(store, filter, 1) {
+            band.run();
+        }
+    }
+
+    /// First of three steps that do the work of [`reproject`](Self::reproject) on several threads: projects the points
+    /// in `chunks` parts. Run all of them, in any order or at once, then those of [`resolve_bands`](Self::resolve_bands),
+    /// then those of [`finish_bands`](Self::finish_bands). The result has the same bits.
+    ///
+    /// ```
+    /// # use llsr_render_cache::{DepthFilter, PointImage, PointStore, View};
+    /// # let (store, mut image) = (PointStore::new(1000)?, PointImage::new(64, 64)?);
+    /// # let view = View::new(&glam::Mat4::IDENTITY, 64, 64)?;
+    /// # let filter = DepthFilter::default();
+    /// std::thread::scope(|scope| {
+    ///     for chunk in image.project_chunks(&store, &view, 2) {
+    ///         scope.spawn(|| chunk.run());
+    ///     }
+    /// });
+    /// std::thread::scope(|scope| {
+    ///     for band in image.resolve_bands(2) {
+    ///         scope.spawn(|| band.run());
+    ///     }
+    /// });
+    /// std::thread::scope(|scope| {
+    ///     for band in image.finish_bands(&store, &filter, 2) {
+    ///         scope.spawn(|| band.run());
+    ///     }
+    /// });
+    /// # Ok::<(), llsr_render_cache::Error>(())
+    /// ```
+    pub fn project_chunks<'a>(
+        &'a mut self,
+        store: &'a PointStore,
+        view: &View,
+        chunks: usize,
+    ) -> impl Iterator<Item = ProjectChunk<'a>> {
+        self.set_view(*view);
+        let points = store.slots().div_ceil(chunks.max(1)).next_multiple_of(LANES);
+        let chunks = store.slots().div_ceil(points);
+        self.chunk_room = points + LANES;
+        self.list.reserve(chunks * self.chunk_room);
+        self.lists.clear();
+        self.lists.resize(chunks, ChunkList::default());
+        let (view, stride) = (self.view, self.stride as u32);
+        let rooms = self
+            .list
+            .chunks_mut(self.chunk_room)
+            .zip(&mut self.lists)
+            .enumerate();
+        rooms.map(move |(i, (list, out))| ProjectChunk {
+            store,
+            view,
+            stride,
+            range: (i * points, ((i + 1) * points).min(store.slots())),
+            list,
+            out,
+        })
+    }
+
+    /// Second step: finds the nearest point of each pixel, in about `bands` bands of rows. See
+    /// [`project_chunks`](Self::project_chunks).
+    ///
+    /// Each band looks through all lists, which is a small part of the work as long as there are no more bands than
+    /// threads.
+    pub fn resolve_bands(&mut self, bands: usize) -> impl Iterator<Item = ResolveBand<'_>> {
+        let pixels = self.rows_in_band(bands) * self.stride;
+        let count = self.keys.len().div_ceil(pixels);
+        if self.selected.len() < count {
+            self.selected.resize_with(count, List::default);
+        }
+        let (list, lists, room) = (&self.list, &self.lists[..], self.chunk_room);
+        let bands = self.keys.chunks_mut(pixels).zip(&mut self.selected).enumerate();
+        bands.map(move |(i, (keys, scratch))| ResolveBand {
+            list,
+            lists,
+            room,
+            first: i * pixels,
+            keys,
+            scratch,
+        })
+    }
+
+    /// Last step: drops hidden points and fills the planes, in about `bands` bands of rows. See
+    /// [`project_chunks`](Self::project_chunks).
+    pub fn finish_bands<'a>(
+        &'a mut self,
+        store: &'a PointStore,
+        filter: &DepthFilter,
+        bands: usize,
+    ) -> impl Iterator<Item = FinishBand<'a>> {
+        let rows = self.rows_in_band(bands);
+        let (stride, width) = (self.stride, self.view.width as usize);
+        let pixels = rows * stride;
+        let count = (self.view.height as usize).div_ceil(rows);
+        if self.scratch.len() < count {
+            self.scratch.resize_with(count, FilterScratch::default);
+        }
+        self.counts.clear();
+        self.counts.resize(count, Counts::default());
+        let keys = &self.keys[..];
+        let planes = &mut self.planes;
+        let filter = *filter;
+        let region = planes
+            .region
+            .chunks_mut(pixels)
+            .zip(planes.age.chunks_mut(pixels));
+        let depth = planes
+            .depth
+            .chunks_mut(pixels)
+            .zip(planes.colour.chunks_mut(pixels));
+        let planes = region.zip(depth).zip(planes.slot.chunks_mut(pixels));
+        let rest = self.scratch.iter_mut().zip(&mut self.counts);
+        planes.zip(rest).enumerate().map(
+            move |(i, ((((region, age), (depth, colour)), slot), (scratch, counts)))| FinishBand {
+                store,
+                filter,
+                keys,
+                stride,
+                width,
+                first: i * rows,
+                region,
+                age,
+                depth,
+                colour,
+                slot,
+                scratch,
+                counts,
+            },
+        )
+    }
+
+    /// How many pixels have a point, and how many lost theirs to the filter.
+    pub fn counts(&self) -> Counts {
+        let add = |a: Counts, b: &Counts| Counts {
+            occupied: a.occupied + b.occupied,
+            hidden: a.hidden + b.hidden,
+        };
+        self.counts.iter().fold(Counts::default(), add)
+    }
+
+    /// The view that the picture shows.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        self.view.size()
+    }
+
+    /// Pixels from one row to the next in the planes: the width rounded up to a multiple of 64. Pixels beyond the width
+    /// have no point.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// For each pixel the quarter-pixel region of its point (bits 0-3, as [`Projected::region`](crate::Projected)) and
+    /// [`OCCUPIED`]; 0 without a point.
+    pub fn region_plane(&self) -> &[u8] {
+        &self.planes.region
+    }
+
+    /// For each pixel the age of its point in ticks; 0 without a point.
+    pub fn age_plane(&self) -> &[u8] {
+        &self.planes.age
+    }
+
+    /// For each pixel the depth of its point; infinite without a point.
+    pub fn depth_plane(&self) -> &[f32] {
+        &self.planes.depth
+    }
+
+    /// For each pixel the packed colour of its point (see [`pack_colour`](crate::pack_colour)); 0 without a point.
+    pub fn colour_plane(&self) -> &[u32] {
+        &self.planes.colour
+    }
+
+    /// For each pixel the slot of its point; [`NO_SLOT`] without a point.
+    pub fn slot_plane(&self) -> &[u32] {
+        &self.planes.slot
+    }
+
+    /// The slot of the nearest point that fell into a pixel, even if it was dropped as hidden. It may have been replaced
+    /// since.
+    pub(crate) fn nearest_slot(&self, x: u32, y: u32) -> Option<usize> {
+        let slot = self.keys[y as usize * self.stride + x as usize] as u32 & SLOT_MASK;
+        (slot != SLOT_MASK).then_some(slot as usize)
+    }
+
+    fn rows_in_band(&self, bands: usize) -> usize {
+        (self.view.height as usize).div_ceil(bands.max(1))
+    }
+
+    fn set_view(&mut self, view: View) {
+        if self.stride == 0 || view.size() != self.view.size() {
+            self.stride = (view.width as usize).next_multiple_of(64);
+            let pixels = self.stride * view.height as usize;
+            let planes = &mut self.planes;
+            refill(&mut self.keys, pixels, NO_KEY);
+            refill(&mut planes.region, pixels, 0);
+            refill(&mut planes.age, pixels, 0);
+            refill(&mut planes.depth, pixels, f32::INFINITY);
+            refill(&mut planes.colour, pixels, 0);
+            refill(&mut planes.slot, pixels, NO_SLOT);
+            self.counts.clear();
+        }
+        self.view = view;
+    }
+}
+
+fn refill<T: Copy>(plane: &mut Vec<T>, pixels: usize, value: T) {
+    plane.clear();
+    plane.resize(pixels, value);
+}
+
+/// Keeps the nearer of what is there and what is in the list.
+#[inline]
+fn resolve(keys: &mut [u64], [pixel, depth, tag]: Entries<'_>) {
+    let (depth, tag) = (&depth[..pixel.len()], &tag[..pixel.len()]);
+    for i in 0..pixel.len() {
+        let key = &mut keys[pixel[i] as usize];
+        // Written in any case: a store costs less than a wrong guess.
+        *key = (*key).min(u64::from(depth[i]) << 32 | u64::from(tag[i]));
+    }
+}
+
+/// A part of the points to be projected; see [`PointImage::project_chunks`].
+#[derive(Debug)]
+pub struct ProjectChunk<'a> {
+    store: &'a PointStore,
+    view: View,
+    stride: u32,
+    range: (usize, usize),
+    list: ListMut<'a>,
+    out: &'a mut ChunkList,
+}
+
+impl ProjectChunk<'_> {
+    /// Does this part of the work.
+    pub fn run(mut self) {
+        let level = Level::detect();
+        self.out.len = project::project(
+            level,
+            self.store,
+            &self.view,
+            self.stride,
+            self.range,
+            &mut self.list,
+        );
+    }
+}
+
+/// A band of rows in which the nearest points are to be found; see [`PointImage::resolve_bands`].
+#[derive(Debug)]
+pub struct ResolveBand<'a> {
+    list: &'a List,
+    lists: &'a [ChunkList],
+    room: usize,
+    first: usize,
+    keys: &'a mut [u64],
+    /// Entries of the band, a block at a time.
+    scratch: &'a mut List,
+}
+
+impl ResolveBand<'_> {
+    /// Does this part of the work.
+    pub fn run(self) {
+        self.keys.fill(NO_KEY);
+        let level = Level::detect();
+        let pixels = (self.first as u32, self.keys.len() as u32);
+        self.scratch.reserve(BLOCK + LANES);
+        let room = self.scratch.pixel.len();
+        for mut selected in self.scratch.chunks_mut(room) {
+            for (i, chunk) in self.lists.iter().enumerate() {
+                let end = i * self.room + chunk.len;
+                for start in (i * self.room..end).step_by(BLOCK) {
+                    let from = self.list.entries(start..end.min(start + BLOCK));
+                    let count = project::select(level, from, pixels, &mut selected);
+                    resolve(self.keys, selected.entries(count));
+                }
+            }
+        }
+    }
+}
+
+/// A band of rows to be filtered; see [`PointImage::finish_bands`].
+#[derive(Debug)]
+pub struct FinishBand<'a> {
+    pub(crate) store: &'a PointStore,
+    pub(crate) filter: DepthFilter,
+    pub(crate) keys: &'a [u64],
+    pub(crate) stride: usize,
+    pub(crate) width: usize,
+    pub(crate) first: usize,
+    pub(crate) region: &'a mut [u8],
+    pub(crate) age: &'a mut [u8],
+    pub(crate) depth: &'a mut [f32],
+    pub(crate) colour: &'a mut [u32],
+    pub(crate) slot: &'a mut [u32],
+    pub(crate) scratch: &'a mut FilterScratch,
+    pub(crate) counts: &'a mut Counts,
+}
+
+impl FinishBand<'_> {
+    /// Does this part of the work.
+    pub fn run(mut self) {
+        finish::finish(Level::detect(), &mut self);
+    }
+
+    #[inline(always)]
+    pub(crate) fn rows(&mut self) {
+        let (keys, stride, width) = (self.keys, self.stride, self.width);
+        let row = move |y: isize| {
+            let start = usize::try_from(y).ok()? * stride;
+            keys.get(start..start + width)
+        };
+        let keep = 1.0 - self.filter.tolerance;
+        let nothing = self.store.capacity() as u32;
+        let scratch = &mut *self.scratch;
+        scratch.start(self.filter.reach(), width, self.first, row);
+        let mut counts = Counts::default();
+        for i in 0..self.region.len() / stride {
+            let y = self.first + i;
+            let keys = &keys[y * stride..][..width];
+            let at = i * stride..i * stride + width;
+            let (depths, tags) = (&mut scratch.depth[..width], &mut scratch.tag[..width]);
+            for ((key, depth), tag) in keys.iter().zip(depths).zip(tags) {
+                (*depth, *tag) = (f32::from_bits((key >> 32) as u32), *key as u32);
+            }
+            scratch.row(y, keep, row);
+            if self.filter.reach() > 0 {
+                spare_fresh(self.store, self.filter.fresh, &scratch.tag, &mut scratch.hidden);
+            }
+
+            let (depths, tags) = (&scratch.depth[..width], &mut scratch.tag[..width]);
+            let hidden = &scratch.hidden[..width];
+            let out_depth = &mut self.depth[at.clone()][..width];
+            let out_slot = &mut self.slot[at.clone()][..width];
+            let (mut there, mut shown) = (0, 0);
+            for x in 0..width {
+                let found = depths[x] < f32::INFINITY;
+                let show = found & (hidden[x] == 0);
+                there += u32::from(found);
+                shown += u32::from(show);
+                out_depth[x] = if show { depths[x] } else { f32::INFINITY };
+                out_slot[x] = if show { tags[x] & SLOT_MASK } else { NO_SLOT };
+                // What is left is a region and what to look up: nothing lies in the slot after the last point.
+                tags[x] = if show { tags[x] } else { nothing };
+            }
+            counts.occupied += shown as usize;
+            counts.hidden += (there - shown) as usize;
+
+            let out_region = &mut self.region[at.clone()][..width];
+            for ((region, tag), slot) in out_region.iter_mut().zip(&*tags).zip(&*out_slot) {
+                let occupied = if *slot == NO_SLOT { 0 } else { u32::from(OCCUPIED) };
+                *region = (tag >> project::SLOT_BITS | occupied) as u8;
+            }
+            let colours = &self.store.colour[..];
+            // Of the same length, so that one check of bounds serves both.
+            let ages = &self.store.age[..colours.len()];
+            let out_colour = &mut self.colour[at.clone()][..width];
+            let out_age = &mut self.age[at][..width];
+            let tags = &tags[..width];
+            for x in 0..width {
+                let slot = (tags[x] & SLOT_MASK) as usize;
+                out_colour[x] = colours[slot];
+                out_age[x] = ages[slot];
+            }
+        }
+        *self.counts = counts;
+    }
+}
+
+/// Clears the marks of points too young to be dropped. Marks are few: eight pixels are looked at together.
+#[inline(always)]
+fn spare_fresh(store: &PointStore, fresh: u8, tags: &[u32], hidden: &mut [u32]) {
+    let spare = |tag: u32, mark: &mut u32| {
+        // Only points are marked.
+        if *mark != 0 && store.age[(tag & SLOT_MASK) as usize] < fresh {
+            *mark = 0;
+        }
+    };
+    for (marks, tags) in hidden.chunks_mut(8).zip(tags.chunks(8)) {
+        if marks.iter().fold(0, |any, mark| any | mark) != 0 {
+            for (mark, tag) in marks.iter_mut().zip(tags) {
+                spare(*tag, mark);
+            }
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Where a new sample goes, and what it says about the points around it.
+//!
+//! Follows the Render Cache (Walter, Drettakis, Parker 1999, section 4): a new sample replaces what it renews, and where
+//! it shows that colours have changed the points around it age early, so that they are sampled again soon.
+
+use crate::image::{NO_SLOT, PointImage};
+use crate::project::{self, Level, ListMut, SLOT_MASK};
+use crate::store::{LANES, Point, PointStore};
+use crate::unpack_colour;
+use crate::view::Projected;
+
+/// How new samples take the place of old points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Replacement {
+    /// Points of one object in one pixel whose depths differ by at most this share are the same surface: the new one
+    /// renews the old one.
+    pub depth_tolerance: f32,
+    /// The change of colour that makes the points around age early: largest difference of a component over the
+    /// largest component of both colours. Below 1/256 every sample may count as a change, for colours are
+    /// stored with nine bits.
+    pub colour_tolerance: f32,
+    /// Ticks that the points around age early.
+    pub early_ageing: u8,
+    /// How many pixels around, each way, up to 15.
+    pub early_radius: u8,
+    /// Ticks by which a point that the picture does not show counts as older when slots are recycled.
+    pub unseen_bonus: u8,
+}
+
+impl Default for Replacement {
+    fn default() -> Self {
+        Self {
+            depth_tolerance: 0.02,
+            colour_tolerance: 0.15,
+            early_ageing: 64,
+            early_radius: 4,
+            unseen_bonus: 64,
+        }
+    }
+}
+
+/// What became of a new sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Insertion {
+    /// The slot it went to.
+    pub slot: u32,
+    /// Whose slot that was.
+    pub place: Place,
+    /// Did its colour differ so much from that of the point it renewed that the points around aged early?
+    pub changed: bool,
+}
+
+/// Whose slot a new sample took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Nobody's.
+    Free,
+    /// That of a point of the same surface in the same pixel.
+    Renewed,
+    /// That of a point that shone through in the same pixel.
+    Hidden,
+    /// That of the oldest of a few points; see [`PointStore::insert`].
+    Recycled,
+}
+
+impl PointStore {
+    /// Stores a new sample. Returns `None`, and stores nothing, if its position is not finite.
+    ///
+    /// `image` is the last picture of this store: it tells which point the sample renews. In the pixel of the sample
+    /// - a point of the same surface is replaced; if its colour was different, the points around age early;
+    /// - a point that shone through a nearer surface is replaced;
+    /// - a point that is clearly nearer stays, but ages early: the sample has seen past it. It is either at the rim of
+    ///   its object, and will be confirmed by samples to come, or out of date.
+    ///
+    /// Otherwise the sample takes a free slot or, if there is none, that of the oldest of 16 points; these are taken
+    /// in turn from all over the store, and points that the picture does not show count as older.
+    pub fn insert(&mut self, point: &Point, image: &PointImage, policy: &Replacement) -> Option<Insertion> {
+        if !point.position.is_finite() {
+            return None;
+        }
+        let projected = image.view().project(point.position);
+        if let Some(at) = projected
+            && let Some((slot, place)) = self.in_place(point, at, image, policy)
+        {
+            let changed = place == Place::Renewed && {
+                let (new, old) = (point.colour, unpack_colour(self.colour[slot]));
+                let difference = (new - old).abs().max_element();
+                difference > policy.colour_tolerance * new.max(old).max_element()
+            };
+            self.write(slot, point);
+            if changed {
+                self.age_around(slot, at, image, policy);
+            }
+            return Some(Insertion {
+                slot: slot as u32,
+                place,
+                changed,
+            });
+        }
+        let (slot, place) = match self.take_free() {
+            Some(slot) => (slot, Place::Free),
+            None => (self.recycle(image, policy), Place::Recycled),
+        };
+        self.write(slot, point);
+        Some(Insertion {
+            slot: slot as u32,
+            place,
+            changed: false,
+        })
+    }
+
+    fn in_place(
+        &mut self,
+        point: &Point,
+        at: Projected,
+        image: &PointImage,
+        policy: &Replacement,
+    ) -> Option<(usize, Place)> {
+        let slot = image.nearest_slot(at.x, at.y)?;
+        // The slot may have changed hands since the picture was made.
+        if !self.is_live(slot) {
+            return None;
+        }
+        let old = image.view().project(self.position(slot))?;
+        if (old.x, old.y) != (at.x, at.y) {
+            return None;
+        }
+        let near = policy.depth_tolerance * at.depth;
+        if self.object[slot] == point.object && (old.depth - at.depth).abs() <= near {
+            return Some((slot, Place::Renewed));
+        }
+        if image.slot_plane()[at.y as usize * image.stride() + at.x as usize] == NO_SLOT {
+            return Some((slot, Place::Hidden));
+        }
+        if old.depth < at.depth - near {
+            self.age[slot] = self.age[slot].saturating_add(policy.early_ageing);
+        }
+        None
+    }
+
+    /// Early ageing around a pixel, of all points but the one in `slot` and those that came since the last tick.
+    fn age_around(&mut self, slot: usize, at: Projected, image: &PointImage, policy: &Replacement) {
+        let (width, height) = image.size();
+        let radius = u32::from(policy.early_radius.min(15));
+        let columns = at.x.saturating_sub(radius) as usize..(at.x + radius + 1).min(width) as usize;
+        for y in at.y.saturating_sub(radius)..(at.y + radius + 1).min(height) {
+            let row = &image.slot_plane()[y as usize * image.stride()..];
+            for &other in &row[columns.clone()] {
+                if other == NO_SLOT || other as usize == slot {
+                    continue;
+                }
+                if let Some(age) = self.age.get_mut(other as usize)
+                    && *age > 0
+                {
+                    *age = age.saturating_add(policy.early_ageing);
+                }
+            }
+        }
+    }
+
+    /// The slot of the oldest of the next few points; of equally old ones the first. The store is full.
+    fn recycle(&mut self, image: &PointImage, policy: &Replacement) -> usize {
+        let first = self.hand;
+        let end = (first + LANES).min(self.capacity());
+        self.hand = if end == self.capacity() { 0 } else { end };
+        // Where the group falls, if it does: whole vectors at once.
+        let (mut pixel, mut depth, mut tag) = ([0; 2 * LANES], [0; 2 * LANES], [0; 2 * LANES]);
+        let mut list = ListMut {
+            pixel: &mut pixel,
+            depth: &mut depth,
+            tag: &mut tag,
+        };
+        let group = (first, first + LANES);
+        let count = project::project(
+            Level::detect(),
+            self,
+            image.view(),
+            image.stride() as u32,
+            group,
+            &mut list,
+        );
+        let mut seen = [false; LANES];
+        let [pixels, _, tags] = list.entries(count);
+        for (&pixel, &tag) in pixels.iter().zip(tags) {
+            let slot = tag & SLOT_MASK;
+            seen[slot as usize - first] = image.slot_plane()[pixel as usize] == slot;
+        }
+        let mut best = (first, 0);
+        for slot in first..end {
+            let bonus = if seen[slot - first] {
+                0
+            } else {
+                u32::from(policy.unseen_bonus)
+            };
+            let score = u32::from(self.age[slot]) + bonus;
+            if score > best.1 {
+                best = (slot, score);
+            }
+        }
+        best.0
+    }
+}

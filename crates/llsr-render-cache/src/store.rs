@@ -1,0 +1,248 @@
+//! The points themselves: a fixed number of slots in structure of arrays.
+
+use glam::{Affine3A, Vec3};
+
+use crate::Error;
+use crate::colour::{pack_colour, unpack_colour};
+
+/// The largest number of points in a store.
+pub const MAX_CAPACITY: usize = (1 << 28) - 1;
+
+/// Slots are handled in groups of this many: the arrays are padded to a multiple of it.
+pub(crate) const LANES: usize = 16;
+
+/// A shaded point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Where it lies. A sample of the background goes far away along its ray, say a thousand times the size of the
+    /// scene.
+    pub position: Vec3,
+    /// What the image shows or, with `albedo`, what it interpolates: radiance or irradiance, linear. Stored with
+    /// nine bits, see [`pack_colour`].
+    pub colour: Vec3,
+    /// Factor from irradiance to radiance, for callers who keep the two apart; stored with nine bits.
+    pub albedo: Vec3,
+    /// The object that it lies on.
+    pub object: u32,
+    /// The set of lights that the shader looked at for it, whether they were visible or not: bit i for all lights
+    /// whose number is i modulo 64.
+    pub lights: u64,
+}
+
+/// What invalidation does to the points it finds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// They are gone at once. Right for points whose position is wrong.
+    Remove,
+    /// They age by so many ticks: they stay until newer samples come, and are asked for first. Right for points whose
+    /// colour is doubtful.
+    Age(u8),
+}
+
+/// A fixed number of slots for points.
+///
+/// 42 bytes a slot. Points are known by their slot number, which stays the same until the point is replaced or removed.
+#[derive(Clone, Debug)]
+pub struct PointStore {
+    pub(crate) x: Vec<f32>,
+    pub(crate) y: Vec<f32>,
+    pub(crate) z: Vec<f32>,
+    /// Packed; slots without a point hold 0.
+    pub(crate) colour: Vec<u32>,
+    pub(crate) albedo: Vec<u32>,
+    pub(crate) object: Vec<u32>,
+    pub(crate) lights: Vec<u64>,
+    /// Ticks since insertion, plus what changes of colour added.
+    pub(crate) age: Vec<u8>,
+    /// Slots without a point; the last one is used first.
+    free: Vec<u32>,
+    capacity: usize,
+    /// Where the search for a slot to recycle goes on.
+    pub(crate) hand: usize,
+}
+
+impl PointStore {
+    /// An empty store with room for `capacity` points. All memory that the store will ever use is allocated here.
+    ///
+    /// # Errors
+    /// [`Error::Capacity`] unless it is 1 to [`MAX_CAPACITY`].
+    pub fn new(capacity: usize) -> Result<Self, Error> {
+        if !(1..=MAX_CAPACITY).contains(&capacity) {
+            return Err(Error::Capacity(capacity));
+        }
+        // At least one slot beyond the capacity stays empty, so that "no point" can be looked up without a branch.
+        let slots = (capacity + 1).next_multiple_of(LANES);
+        Ok(Self {
+            // A slot is empty if its position is NaN: projection drops it without a further test.
+            x: vec![f32::NAN; slots],
+            y: vec![0.0; slots],
+            z: vec![0.0; slots],
+            colour: vec![0; slots],
+            albedo: vec![0; slots],
+            object: vec![0; slots],
+            lights: vec![0; slots],
+            age: vec![0; slots],
+            free: (0..capacity as u32).rev().collect(),
+            capacity,
+            hand: 0,
+        })
+    }
+
+    /// The number of points there is room for.
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// The number of points.
+    pub fn len(&self) -> usize {
+        self.capacity - self.free.len()
+    }
+
+    /// Is there no point?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The number of slots with padding: a multiple of [`LANES`] above the capacity.
+    pub(crate) fn slots(&self) -> usize {
+        self.x.len()
+    }
+
+    /// The point in `slot`, colours as stored; `None` if there is none.
+    pub fn point(&self, slot: u32) -> Option<Point> {
+        let i = slot as usize;
+        self.is_live(i).then(|| Point {
+            position: self.position(i),
+            colour: unpack_colour(self.colour[i]),
+            albedo: unpack_colour(self.albedo[i]),
+            object: self.object[i],
+            lights: self.lights[i],
+        })
+    }
+
+    /// The age in ticks of the point in `slot`, 255 for that or more; `None` if there is none.
+    pub fn age(&self, slot: u32) -> Option<u8> {
+        let i = slot as usize;
+        self.is_live(i).then(|| self.age[i])
+    }
+
+    /// The packed albedo in `slot` (see [`unpack_colour`](crate::unpack_colour)); 0 if there is no point.
+    pub fn packed_albedo(&self, slot: u32) -> u32 {
+        self.albedo.get(slot as usize).copied().unwrap_or(0)
+    }
+
+    /// All points with their slots, in order of the slots.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, Point)> + '_ {
+        (0..self.capacity as u32).filter_map(|slot| Some((slot, self.point(slot)?)))
+    }
+
+    pub(crate) fn is_live(&self, i: usize) -> bool {
+        self.x.get(i).is_some_and(|x| !x.is_nan())
+    }
+
+    pub(crate) fn position(&self, i: usize) -> Vec3 {
+        Vec3::new(self.x[i], self.y[i], self.z[i])
+    }
+
+    /// Lets all points age by `ticks`, up to 255, and removes those whose age passes `max_age`; with 255 none are.
+    /// Returns how many were removed.
+    ///
+    /// Call it once a frame with 1; where shading is slow, every few frames, so that ages tell more.
+    pub fn advance(&mut self, ticks: u8, max_age: u8) -> usize {
+        let mut oldest = 0;
+        for age in &mut self.age[..self.capacity] {
+            *age = age.saturating_add(ticks);
+            oldest = oldest.max(*age);
+        }
+        // Slots without a point age too; only live ones can be removed.
+        if oldest <= max_age {
+            return 0;
+        }
+        self.apply(Fate::Remove, |store, i| store.age[i] > max_age)
+    }
+
+    /// Invalidates the points on an object. Returns how many.
+    pub fn invalidate_object(&mut self, object: u32, fate: Fate) -> usize {
+        self.apply(fate, |store, i| store.object[i] == object)
+    }
+
+    /// Invalidates the points for which the shader looked at any of the lights in `lights` (bits as in
+    /// [`Point::lights`]). Returns how many.
+    pub fn invalidate_lights(&mut self, lights: u64, fate: Fate) -> usize {
+        self.apply(fate, |store, i| store.lights[i] & lights != 0)
+    }
+
+    /// Invalidates the points in a box, its sides included. Returns how many.
+    pub fn invalidate_box(&mut self, min: Vec3, max: Vec3, fate: Fate) -> usize {
+        self.apply(fate, |store, i| {
+            let p = store.position(i);
+            p.cmpge(min).all() && p.cmple(max).all()
+        })
+    }
+
+    /// Invalidates the points for which `affected` says so; it is called in order of the slots. Returns how many.
+    pub fn invalidate_where(&mut self, mut affected: impl FnMut(&Point) -> bool, fate: Fate) -> usize {
+        self.apply(fate, |store, i| {
+            store.point(i as u32).is_some_and(|p| affected(&p))
+        })
+    }
+
+    /// Moves the points on an object along with it. Their colours stay: let them age if the light on them changes.
+    /// Points that the motion takes to infinity are removed. Returns how many points moved.
+    pub fn move_object(&mut self, object: u32, motion: &Affine3A) -> usize {
+        let mut moved = 0;
+        for i in 0..self.capacity {
+            if self.object[i] == object && self.is_live(i) {
+                let position = motion.transform_point3(self.position(i));
+                if position.is_finite() {
+                    (self.x[i], self.y[i], self.z[i]) = position.into();
+                    moved += 1;
+                } else {
+                    self.remove(i);
+                }
+            }
+        }
+        moved
+    }
+
+    /// Removes all points.
+    pub fn clear(&mut self) {
+        self.apply(Fate::Remove, |_, _| true);
+    }
+
+    fn apply(&mut self, fate: Fate, mut affected: impl FnMut(&Self, usize) -> bool) -> usize {
+        let mut count = 0;
+        for i in 0..self.capacity {
+            if self.is_live(i) && affected(self, i) {
+                count += 1;
+                match fate {
+                    Fate::Remove => self.remove(i),
+                    Fate::Age(ticks) => self.age[i] = self.age[i].saturating_add(ticks),
+                }
+            }
+        }
+        count
+    }
+
+    fn remove(&mut self, i: usize) {
+        self.x[i] = f32::NAN;
+        self.colour[i] = 0;
+        self.albedo[i] = 0;
+        self.free.push(i as u32);
+    }
+
+    /// A slot without a point, if there is one.
+    pub(crate) fn take_free(&mut self) -> Option<usize> {
+        self.free.pop().map(|slot| slot as usize)
+    }
+
+    /// Writes a new point into a slot that is taken.
+    pub(crate) fn write(&mut self, i: usize, point: &Point) {
+        (self.x[i], self.y[i], self.z[i]) = point.position.into();
+        self.colour[i] = pack_colour(point.colour);
+        self.albedo[i] = pack_colour(point.albedo);
+        self.object[i] = point.object;
+        self.lights[i] = point.lights;
+        self.age[i] = 0;
+    }
+}

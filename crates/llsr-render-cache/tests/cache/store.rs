@@ -1,0 +1,350 @@
+//! Slots, ages, invalidation and replacement.
+
+use glam::{Affine3A, Vec3};
+use llsr_render_cache::*;
+use proptest::prelude::*;
+
+use crate::scene::*;
+
+fn at(x: f32, y: f32, depth: f32) -> Vec3 {
+    position(16, 16, x, y, depth)
+}
+
+/// A store with room and the picture of what is in it, 16 x 16 pixels.
+fn pictured(points: &[Point]) -> (PointStore, PointImage, Vec<u32>) {
+    let mut store = PointStore::new(256).expect("capacity");
+    let slots = points.iter().map(|p| put(&mut store, p)).collect();
+    store.advance(10, 255);
+    let mut image = PointImage::new(16, 16).expect("size");
+    image.reproject(&store, &view(16, 16), &DepthFilter::default());
+    (store, image, slots)
+}
+
+#[test]
+fn same_surface_is_renewed() {
+    let (mut store, image, slots) = pictured(&[point(at(5.1, 5.1, 3.0), 7)]);
+    let sample = point(at(5.9, 5.4, 3.03), 7);
+    let found = store
+        .insert(&sample, &image, &Replacement::default())
+        .expect("stored");
+    assert_eq!(
+        found,
+        Insertion {
+            slot: slots[0],
+            place: Place::Renewed,
+            changed: false
+        },
+        "in place"
+    );
+    assert_eq!(
+        (store.len(), store.age(slots[0])),
+        (1, Some(0)),
+        "the only point, new"
+    );
+    assert_eq!(
+        store.point(slots[0]).map(|p| p.position),
+        Some(sample.position),
+        "the new one"
+    );
+    // Another object, another depth or another pixel: another point.
+    for other in [
+        point(at(5.1, 5.1, 3.0), 8),
+        point(at(5.1, 5.1, 2.5), 7),
+        point(at(6.1, 5.1, 3.0), 7),
+    ] {
+        let (mut store, image, slots) = pictured(&[point(at(5.1, 5.1, 3.0), 7)]);
+        let found = store
+            .insert(&other, &image, &Replacement::default())
+            .expect("stored");
+        assert_eq!(found.place, Place::Free, "{other:?}");
+        assert_eq!(
+            (store.len(), store.age(slots[0])),
+            (2, Some(10)),
+            "the old one is left alone: {other:?}"
+        );
+    }
+}
+
+#[test]
+fn what_a_sample_sees_past_ages() {
+    let (mut store, image, slots) = pictured(&[point(at(5.1, 5.1, 3.0), 7)]);
+    let policy = Replacement::default();
+    let behind = point(at(5.1, 5.1, 4.0), 9);
+    assert_eq!(
+        store.insert(&behind, &image, &policy).map(|i| i.place),
+        Some(Place::Free),
+        "its own slot"
+    );
+    assert_eq!(
+        store.age(slots[0]),
+        Some(10 + policy.early_ageing),
+        "the nearer one is in doubt"
+    );
+}
+
+#[test]
+fn hidden_points_make_room() {
+    // A far point in a wall of near ones.
+    let mut points: Vec<_> = (0..256)
+        .map(|i| point(at((i % 16) as f32 + 0.5, (i / 16) as f32 + 0.5, 2.0), 1))
+        .collect();
+    points[8 * 16 + 8] = point(at(8.5, 8.5, 5.0), 2);
+    let (mut store, image, slots) = pictured(&points);
+    assert_eq!(
+        image.counts(),
+        Counts {
+            occupied: 255,
+            hidden: 1
+        },
+        "one shines through"
+    );
+    let sample = point(at(8.5, 8.5, 2.0), 1);
+    let found = store
+        .insert(&sample, &image, &Replacement::default())
+        .expect("stored");
+    let expected = Insertion {
+        slot: slots[8 * 16 + 8],
+        place: Place::Hidden,
+        changed: false,
+    };
+    assert_eq!(found, expected, "its slot is taken");
+}
+
+#[test]
+fn changed_colours_age_the_points_around() {
+    let points: Vec<_> = (0..256)
+        .map(|i| point(at((i % 16) as f32 + 0.5, (i / 16) as f32 + 0.5, 2.0), 1))
+        .collect();
+    let policy = Replacement {
+        early_radius: 2,
+        early_ageing: 30,
+        colour_tolerance: 0.1,
+        ..Replacement::default()
+    };
+    for (factor, changed) in [(1.0, false), (1.05, false), (0.8, true), (3.0, true)] {
+        let (mut store, image, slots) = pictured(&points);
+        let sample = Point {
+            colour: points[0].colour * factor,
+            ..points[8 * 16 + 1]
+        };
+        let found = store.insert(&sample, &image, &policy).expect("stored");
+        assert_eq!(
+            (found.place, found.changed),
+            (Place::Renewed, changed),
+            "colour times {factor}"
+        );
+        for (i, slot) in slots.iter().enumerate() {
+            let (x, y) = (i % 16, i / 16);
+            let around = x.abs_diff(1) <= 2 && y.abs_diff(8) <= 2;
+            let expected = match (x, y) {
+                (1, 8) => 0,
+                _ if changed && around => 40,
+                _ => 10,
+            };
+            assert_eq!(store.age(*slot), Some(expected), "age at ({x}, {y})");
+        }
+    }
+}
+
+#[test]
+fn full_stores_recycle_the_oldest_or_unseen() {
+    let points: Vec<_> = (0..64)
+        .map(|i| point(at((i % 8) as f32 + 0.5, (i / 8) as f32 + 0.5, 2.0), 1))
+        .collect();
+    let fill = || {
+        let mut store = PointStore::new(64).expect("capacity");
+        let slots: Vec<u32> = points.iter().map(|p| put(&mut store, p)).collect();
+        store.advance(10, 255);
+        (store, slots)
+    };
+    let mut image = PointImage::new(16, 16).expect("size");
+    let new = point(at(14.5, 14.5, 2.0), 1);
+    // One point outside the picture in each group of 16: recycled group by group.
+    let (mut store, slots) = fill();
+    for group in 0..4 {
+        let shift = Affine3A::from_translation(Vec3::new(1e3, 0.0, 0.0));
+        store.invalidate_where(|_| false, Fate::Remove);
+        let victim = store.point(slots[group * 16 + 5]).expect("a point").position;
+        let moved = shift.transform_point3(victim);
+        store.invalidate_box(victim, victim, Fate::Remove);
+        put(&mut store, &point(moved, 5));
+    }
+    store.advance(1, 255);
+    image.reproject(&store, &view(16, 16), &OFF);
+    let recycled: Vec<u32> = (0..4)
+        .map(|_| {
+            let found = store
+                .insert(&new, &image, &Replacement::default())
+                .expect("stored");
+            assert_eq!(found.place, Place::Recycled, "the store is full");
+            found.slot
+        })
+        .collect();
+    assert_eq!(recycled, [5, 21, 37, 53], "the unseen one of each group");
+    // All seen: the oldest of a group.
+    let (mut store, slots) = fill();
+    let old = store.point(slots[11]).expect("a point").position;
+    store.invalidate_box(old, old, Fate::Age(3));
+    image.reproject(&store, &view(16, 16), &OFF);
+    let found = store
+        .insert(&new, &image, &Replacement::default())
+        .expect("stored");
+    assert_eq!(
+        (found.slot, found.place),
+        (slots[11], Place::Recycled),
+        "the oldest"
+    );
+    assert_eq!(store.len(), 64, "never more than there is room for");
+}
+
+#[test]
+fn ages_and_retirement() {
+    let mut store = PointStore::new(20).expect("capacity");
+    let old = put(&mut store, &point(Vec3::ONE, 1));
+    assert_eq!(store.advance(200, 254), 0, "young enough");
+    let young = put(&mut store, &point(Vec3::ONE, 1));
+    assert_eq!((store.age(old), store.age(young)), (Some(200), Some(0)), "ages");
+    assert_eq!(
+        store.advance(100, 255),
+        0,
+        "ages stop at 255, and 255 is no limit"
+    );
+    assert_eq!((store.age(old), store.age(young)), (Some(255), Some(100)), "ages");
+    assert_eq!(store.advance(1, 120), 1, "the old one goes");
+    assert_eq!(
+        (store.age(old), store.age(young), store.len()),
+        (None, Some(101), 1),
+        "the young one stays"
+    );
+    assert_eq!(store.point(old), None, "gone");
+    assert_eq!(
+        put(&mut store, &point(Vec3::ONE, 1)),
+        old,
+        "its slot is used again"
+    );
+    store.clear();
+    assert!(store.is_empty() && store.iter().next().is_none(), "cleared");
+    assert_eq!(store.age(u32::MAX), None, "no such slot");
+}
+
+#[test]
+fn wrong_points_are_refused_or_repaired() {
+    let mut store = PointStore::new(4).expect("capacity");
+    let image = PointImage::new(4, 4).expect("size");
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let sample = point(Vec3::new(0.0, bad, -1.0), 1);
+        assert_eq!(
+            store.insert(&sample, &image, &Replacement::default()),
+            None,
+            "{bad}"
+        );
+    }
+    assert!(store.is_empty(), "nothing was stored");
+    let sample = Point {
+        colour: Vec3::new(f32::NAN, -1.0, f32::INFINITY),
+        ..point(Vec3::ONE, 1)
+    };
+    let slot = put(&mut store, &sample);
+    let colour = store.point(slot).expect("a point").colour;
+    assert_eq!(colour, Vec3::new(0.0, 0.0, MAX_COMPONENT), "repaired");
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Insert(Point),
+    Advance(u8, u8),
+    Object(u32, Fate),
+    Lights(u64, Fate),
+    Box(Vec3, Vec3, Fate),
+    Where(f32, Fate),
+    Move(u32, Vec3),
+}
+
+fn steps() -> impl Strategy<Value = Vec<Step>> {
+    let coordinate = || (-4..5i32).prop_map(|v| v as f32);
+    let vector = move || (coordinate(), coordinate(), coordinate()).prop_map(|(x, y, z)| Vec3::new(x, y, z));
+    let fate = || prop_oneof![Just(Fate::Remove), (0..200u8).prop_map(Fate::Age)];
+    let insert = (vector(), 0..4u32, any::<u64>()).prop_map(|(position, object, lights)| {
+        Step::Insert(Point {
+            lights: 1 << (lights % 64),
+            ..point(position, object)
+        })
+    });
+    let step = prop_oneof![
+        8 => insert,
+        1 => (0..100u8, any::<u8>()).prop_map(|(ticks, limit)| Step::Advance(ticks, limit)),
+        1 => (0..4u32, fate()).prop_map(|(object, fate)| Step::Object(object, fate)),
+        1 => (any::<u64>(), any::<u64>(), fate()).prop_map(|(a, b, fate)| Step::Lights(a & b, fate)),
+        1 => (vector(), vector(), fate()).prop_map(|(a, b, fate)| Step::Box(a, b, fate)),
+        1 => (coordinate(), fate()).prop_map(|(x, fate)| Step::Where(x, fate)),
+        1 => (0..4u32, vector()).prop_map(|(object, by)| Step::Move(object, by)),
+    ];
+    prop::collection::vec(step, 1..80)
+}
+
+proptest! {
+    /// Against a plain list of points and ages.
+    #[test]
+    fn does_what_a_list_does(steps in steps()) {
+        let mut store = PointStore::new(100).expect("capacity");
+        let mut model: Vec<(u32, Point, u8)> = Vec::new();
+        for step in steps {
+            let apply = |model: &mut Vec<(u32, Point, u8)>, fate: Fate, hit: &dyn Fn(&Point) -> bool| {
+                let count = model.iter().filter(|(_, p, _)| hit(p)).count();
+                match fate {
+                    Fate::Remove => model.retain(|(_, p, _)| !hit(p)),
+                    Fate::Age(ticks) => {
+                        for (_, p, age) in model.iter_mut() {
+                            *age = if hit(p) { age.saturating_add(ticks) } else { *age };
+                        }
+                    }
+                }
+                count
+            };
+            match step {
+                Step::Insert(p) => {
+                    let slot = put(&mut store, &p);
+                    prop_assert!(model.iter().all(|(s, _, _)| *s != slot), "a slot of its own");
+                    model.push((slot, p, 0));
+                }
+                Step::Advance(ticks, limit) => {
+                    for (_, _, age) in &mut model {
+                        *age = age.saturating_add(ticks);
+                    }
+                    let before = model.len();
+                    model.retain(|(_, _, age)| *age <= limit);
+                    prop_assert_eq!(store.advance(ticks, limit), before - model.len());
+                }
+                Step::Object(object, fate) => {
+                    let count = apply(&mut model, fate, &|p| p.object == object);
+                    prop_assert_eq!(store.invalidate_object(object, fate), count);
+                }
+                Step::Lights(lights, fate) => {
+                    let count = apply(&mut model, fate, &|p| p.lights & lights != 0);
+                    prop_assert_eq!(store.invalidate_lights(lights, fate), count);
+                }
+                Step::Box(min, max, fate) => {
+                    let inside = |p: &Point| (0..3).all(|i| min[i] <= p.position[i] && p.position[i] <= max[i]);
+                    let count = apply(&mut model, fate, &inside);
+                    prop_assert_eq!(store.invalidate_box(min, max, fate), count);
+                }
+                Step::Where(x, fate) => {
+                    let count = apply(&mut model, fate, &|p| p.position.x < x);
+                    prop_assert_eq!(store.invalidate_where(|p| p.position.x < x, fate), count);
+                }
+                Step::Move(object, by) => {
+                    let mut count = 0;
+                    for (_, p, _) in model.iter_mut().filter(|(_, p, _)| p.object == object) {
+                        p.position += by;
+                        count += 1;
+                    }
+                    prop_assert_eq!(store.move_object(object, &Affine3A::from_translation(by)), count);
+                }
+            }
+            prop_assert_eq!(store.len(), model.len());
+        }
+        model.sort_by_key(|(slot, _, _)| *slot);
+        let found: Vec<_> = store.iter().map(|(slot, p)| (slot, p, store.age(slot).unwrap_or(0))).collect();
+        prop_assert_eq!(found, model);
+    }
+}
