@@ -19,7 +19,7 @@
 //! [`Lobes`], whatever the number of channels. The Lambertian lobe takes the closed form of the irradiance
 //! less a smooth Fresnel share.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 use llsr_visibility::Partition;
@@ -179,8 +179,14 @@ impl LineGlossy {
         for _ in 0..4 {
             let (slope, change) = self.slope(peak);
             let step = -slope.dot(change) / change.length_squared();
-            if step.is_finite() {
-                peak = above(peak + step.clamp(-0.25, 0.25));
+            if !step.is_finite() {
+                break;
+            }
+            peak = above(peak + step.clamp(-0.25, 0.25));
+            // A tenth of the peak's width is near enough.
+            let width2 = (self.a2 + slope.length_squared()) / change.length_squared();
+            if step * step < 0.01 * width2 {
+                break;
             }
         }
         // Below this cosine the Smith term falls to zero: `c / (c smith_view + n.v smith_light)`.
@@ -242,7 +248,7 @@ impl LineGlossy {
 
     /// The lobes of the light between the parameters `t0` and `t1`, horizon clipped.
     ///
-    /// Cost: 14 to 60 evaluations of 20 ns for most panels, more for strict tolerances.
+    /// Cost: 7 to 60 evaluations for most panels at the default tolerance, about 1 us; more for strict ones.
     pub fn panel(&self, t0: f64, t1: f64, options: &GlossyOptions) -> Glossy {
         self.panel_beside(t0, t1, 0.0, options)
     }
@@ -276,9 +282,9 @@ impl LineGlossy {
         }
     }
 
-    /// Irradiance times Schlick's `(1 - cos)^5`: smooth, so two fixed rules on pieces of at most 45 degrees.
+    /// Irradiance times Schlick's `(1 - cos)^5`: smooth, so a fixed rule on pieces of at most 90 degrees.
     fn fresnel_share(&self, arc: &Arc) -> f64 {
-        let pieces = (arc.angle / FRAC_PI_4).ceil().max(1.0);
+        let pieces = (arc.angle / FRAC_PI_2).ceil().max(1.0);
         let step = arc.angle / pieces;
         let mut sum = 0.0;
         for i in 0..pieces as u32 {
