@@ -4,14 +4,17 @@ use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use llsr_scene::{
-    Camera, Geometry, Light, LinearLight, Material, MaterialId, Mesh, MeshId, Object, PhotometricUnit,
-    PointLight, Scene, Texture,
+    Bounds, Camera, Geometry, Light, LinearLight, Material, MaterialId, Mesh, MeshId, Object,
+    PhotometricUnit, PointLight, Scene, Texture,
 };
 
 use crate::warning::{WarningKind, Warnings};
 
 /// Coordinates beyond this many metres are taken for damage: nothing of a scene's detail is left there.
 pub(crate) const FARTHEST: f64 = 1e15;
+
+/// More lights than this are taken for damage.
+pub(crate) const MOST_LIGHTS: usize = 1_000_000;
 
 /// A mesh whose single-precision positions are relative to a point of its own frame.
 #[derive(Debug)]
@@ -79,14 +82,9 @@ impl Import {
 
     /// Finishes the scene: moves its middle to the origin and rounds to single precision.
     pub(crate) fn into_scene(mut self, warnings: &mut Warnings) -> Scene {
-        self.drop_unplaceable(warnings);
-        let origin = self.middle();
-        let mut uses = vec![0u32; self.meshes.len()];
-        for object in &self.objects {
-            if let Geometry::Mesh(mesh) = object.geometry {
-                uses[mesh.index()] += 1;
-            }
-        }
+        let bounds = self.drop_unplaceable(warnings);
+        let origin = self.middle(&bounds);
+        let uses = self.uses();
         let mut scene = Scene::new(self.name);
         scene.materials = self.materials;
         scene.textures = self.textures;
@@ -141,10 +139,9 @@ impl Import {
     }
 
     /// Middle of the bounds of all geometry, of the lights if there is none.
-    fn middle(&self) -> DVec3 {
+    fn middle(&self, bounds: &[(DVec3, DVec3)]) -> DVec3 {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for object in &self.objects {
-            let (low, high) = self.bounds(object);
+        for &(low, high) in bounds {
             min = min.min(low);
             max = max.max(high);
         }
@@ -160,47 +157,71 @@ impl Import {
 }
 
 impl Import {
-    /// Smallest and largest coordinates of an object in the file's frame.
-    fn bounds(&self, object: &ImportObject) -> (DVec3, DVec3) {
-        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut add = |p: DVec3| {
-            min = min.min(p);
-            max = max.max(p);
+    /// Smallest and largest coordinates of each object in the file's frame: exact for meshes shown once, around the
+    /// turned box for others.
+    fn bounds(&self) -> Vec<(DVec3, DVec3)> {
+        let mut boxes: Vec<Option<Bounds>> = vec![None; self.meshes.len()];
+        let uses = self.uses();
+        let around = |points: &mut dyn Iterator<Item = DVec3>| {
+            points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| {
+                (min.min(p), max.max(p))
+            })
         };
-        match object.geometry {
-            Geometry::Mesh(id) => {
-                let source = &self.meshes[id.index()];
-                let start = object.transform.transform_point3(source.center);
-                for position in used_positions(&source.mesh) {
-                    add(start + object.transform.matrix3 * position.as_dvec3());
+        let objects = self.objects.iter();
+        objects
+            .map(|object| match object.geometry {
+                Geometry::Mesh(id) => {
+                    let source = &self.meshes[id.index()];
+                    let start = object.transform.transform_point3(source.center);
+                    let place = |p: Vec3| start + object.transform.matrix3 * p.as_dvec3();
+                    if uses[id.index()] == 1 {
+                        return around(&mut used_positions(&source.mesh).map(place));
+                    }
+                    let own =
+                        boxes[id.index()].get_or_insert_with(|| Bounds::of(used_positions(&source.mesh)));
+                    if own.is_empty() {
+                        around(&mut std::iter::empty())
+                    } else {
+                        around(&mut own.corners().into_iter().map(place))
+                    }
                 }
-            }
-            Geometry::Primitive(primitive) => {
-                for corner in primitive.shape.bounds().corners() {
-                    add(object.transform.transform_point3(corner.as_dvec3()));
+                Geometry::Primitive(primitive) => {
+                    let corners = primitive.shape.bounds().corners().into_iter();
+                    around(&mut corners.map(|p| object.transform.transform_point3(p.as_dvec3())))
                 }
-            }
-        }
-        (min, max)
+            })
+            .collect()
     }
 
-    /// Leaves out objects that single precision cannot hold.
-    fn drop_unplaceable(&mut self, warnings: &mut Warnings) {
-        let objects = std::mem::take(&mut self.objects);
-        self.objects = objects
-            .into_iter()
-            .filter(|object| {
-                let inverse = object.transform.as_affine3a().inverse();
-                let (min, max) = self.bounds(object);
-                // An empty mesh has infinite bounds the wrong way round, and is dealt with later.
-                let near = min.cmpgt(max).any() || min.abs().max(max.abs()).max_element() <= FARTHEST;
-                let fits = near && object.transform.as_affine3a().is_finite() && inverse.is_finite();
-                if !fits {
-                    warnings.add(WarningKind::BadTransform, || format!("{:?}", object.name));
-                }
-                fits
-            })
-            .collect();
+    /// How many objects show each mesh.
+    fn uses(&self) -> Vec<u32> {
+        let mut uses = vec![0; self.meshes.len()];
+        for object in &self.objects {
+            if let Geometry::Mesh(mesh) = object.geometry {
+                uses[mesh.index()] += 1;
+            }
+        }
+        uses
+    }
+
+    /// Leaves out objects that single precision cannot hold, and returns the bounds of the others.
+    fn drop_unplaceable(&mut self, warnings: &mut Warnings) -> Vec<(DVec3, DVec3)> {
+        let mut kept = Vec::new();
+        let mut all = self.bounds().into_iter();
+        self.objects.retain(|object| {
+            let (min, max) = all.next().expect("bounds for each object");
+            let single = object.transform.as_affine3a();
+            // An empty mesh has infinite bounds the wrong way round, and is dealt with later.
+            let near = min.cmpgt(max).any() || min.abs().max(max.abs()).max_element() <= FARTHEST;
+            let fits = near && single.is_finite() && single.inverse().is_finite();
+            if fits {
+                kept.push((min, max));
+            } else {
+                warnings.add(WarningKind::BadTransform, || format!("{:?}", object.name));
+            }
+            fits
+        });
+        kept
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use llsr_scene::{EmissionLaw, LinearLight, PhotometricUnit, Scene};
 
 use crate::error::Error;
-use crate::import::Import;
+use crate::import::{Import, MOST_LIGHTS};
 use crate::request::{LineLightRequest, TubeRequest};
 use crate::warning::{Warning, Warnings};
 use crate::{files, gltf, obj, tubes};
@@ -126,9 +126,6 @@ impl Format {
         }
     }
 }
-
-/// More lights than this are taken for damage.
-const MOST_LIGHTS: usize = 1_000_000;
 
 /// The one unit of all fluxes.
 fn settle_unit(import: &Import, options: &LoadOptions, own_lights: bool) -> Result<PhotometricUnit, Error> {

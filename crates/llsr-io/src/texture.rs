@@ -67,3 +67,57 @@ impl Decoder {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
+    use image::{ExtendedColorType, ImageEncoder as _};
+
+    use super::*;
+
+    #[test]
+    fn damaged_images_never_panic() {
+        let pixels: Vec<u8> = (0..16 * 16 * 3).map(|i| (i * 7 % 251) as u8).collect();
+        let (mut png, mut jpeg) = (Vec::new(), Vec::new());
+        PngEncoder::new(&mut png)
+            .write_image(&pixels, 16, 16, ExtendedColorType::Rgb8)
+            .expect("a PNG");
+        JpegEncoder::new(&mut jpeg)
+            .write_image(&pixels, 16, 16, ExtendedColorType::Rgb8)
+            .expect("a JPEG");
+        for good in [png, jpeg] {
+            let decode = |bytes: &[u8]| Decoder::default().decode("a", bytes, [Wrap::Repeat; 2]);
+            let texture = decode(&good).expect("a texture");
+            assert_eq!(
+                (texture.width, texture.height, texture.pixels.len()),
+                (16, 16, 256),
+                "as written"
+            );
+            for bit in 0..8 * good.len() {
+                let mut damaged = good.clone();
+                damaged[bit / 8] ^= 1 << (bit % 8);
+                if let Ok(texture) = decode(&damaged) {
+                    let count = texture.width as usize * texture.height as usize;
+                    assert_eq!(texture.pixels.len(), count, "bit {bit}");
+                }
+            }
+            for length in 0..good.len() {
+                let _ = decode(&good[..length]);
+            }
+        }
+    }
+
+    #[test]
+    fn all_textures_together_have_a_limit() {
+        let mut png = Vec::new();
+        let pixels = vec![0; 2048 * 2048];
+        PngEncoder::new(&mut png)
+            .write_image(&pixels, 2048, 2048, ExtendedColorType::L8)
+            .expect("a PNG");
+        let mut decoder = Decoder::default();
+        let read = (0..40)
+            .filter(|_| decoder.decode("a", &png, [Wrap::Repeat; 2]).is_ok())
+            .count();
+        assert_eq!(read, 25, "25 times 4 million pixels");
+    }
+}

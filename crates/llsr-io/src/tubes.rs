@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use llsr_scene::{EmissionLaw, Geometry, LinearLight, MaterialId, Mesh, MeshId, Shape, Weld, luminance};
 
 use crate::error::Error;
-use crate::import::{Import, ImportMesh, drop_unused_vertices, retain_triangles};
+use crate::import::{Import, ImportMesh, MOST_LIGHTS, drop_unused_vertices, retain_triangles};
 use crate::load::LoadOptions;
 use crate::warning::{WarningKind, Warnings};
 
@@ -18,8 +18,11 @@ const LENGTH_RATIO: f64 = 10.0;
 /// Its cross extents differ by at most this factor.
 const CROSS_RATIO: f64 = 1.5;
 
-/// Most parts that are looked at, over all objects: shared meshes can multiply them.
-const MOST_PARTS: usize = 2_000_000;
+/// Most triangles of emissive and tube materials that are looked at, over all objects: shared meshes multiply them.
+const MOST_MEASURED: usize = 100_000_000;
+
+/// Most triangles of meshes made anew because a shared mesh lost different parts in different places.
+const MOST_COPIED: usize = 10_000_000;
 
 /// What the parts of a material are to become.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +57,7 @@ pub(crate) fn extract(
         options,
         warnings,
         wishes,
-        parts_seen: 0,
+        copied: 0,
         found: vec![(0, 0); options.tubes.len()],
         emissive: false,
     };
@@ -108,7 +111,8 @@ struct Run<'a> {
     options: &'a LoadOptions,
     warnings: &'a mut Warnings,
     wishes: BTreeMap<u32, Wish>,
-    parts_seen: usize,
+    /// Triangles copied so far.
+    copied: usize,
     /// For each request, how many tubes and how many other parts have its material.
     found: Vec<(usize, usize)>,
     emissive: bool,
@@ -116,7 +120,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn objects(&mut self, path: &Path) -> Result<(), Error> {
-        let mut parts_of: HashMap<u32, Vec<Part>> = HashMap::new();
+        let parts_of = self.parts_of_meshes(path)?;
         // A mesh without these of its parts.
         let mut reduced: HashMap<(u32, Vec<u32>), MeshId> = HashMap::new();
         let mut kept = Vec::with_capacity(self.import.objects.len());
@@ -131,16 +135,7 @@ impl Run<'_> {
                     }
                 }
                 Geometry::Mesh(id) => {
-                    let parts = parts_of
-                        .entry(id.0)
-                        .or_insert_with(|| parts(&self.import.meshes[id.index()].mesh, &self.wishes));
-                    self.parts_seen += parts.len();
-                    if self.parts_seen > MOST_PARTS {
-                        let cause = format!(
-                            "objects have more than {MOST_PARTS} parts of emissive or tube materials"
-                        );
-                        return Err(Error::malformed(path, "lights", cause));
-                    }
+                    let parts = &parts_of[&id.0];
                     let source = &self.import.meshes[id.index()];
                     let tubes: Vec<Option<Tube>> = parts
                         .iter()
@@ -157,16 +152,19 @@ impl Run<'_> {
                         }
                     }
                     if !removed.is_empty() {
-                        let parts = &parts_of[&id.0];
                         let import = &mut *self.import;
                         let mesh = *reduced.entry((id.0, removed)).or_insert_with_key(|(_, removed)| {
                             let source = &import.meshes[id.index()];
                             let gone = removed.iter().flat_map(|&part| &parts[part as usize].triangles);
                             let mesh = without(&source.mesh, gone.copied());
                             let center = source.center;
+                            self.copied += mesh.triangles.len();
                             import.meshes.push(ImportMesh { mesh, center });
                             MeshId::from(import.meshes.len() - 1)
                         });
+                        if self.copied > MOST_COPIED {
+                            return Err(too_many(path, "copied", MOST_COPIED));
+                        }
                         if self.import.meshes[mesh.index()].mesh.triangles.is_empty() {
                             continue;
                         }
@@ -175,9 +173,32 @@ impl Run<'_> {
                 }
             }
             kept.push(object);
+            if self.import.lights.len() > MOST_LIGHTS {
+                let cause = format!("there are more than {MOST_LIGHTS} tubes");
+                return Err(Error::malformed(path, "lights", cause));
+            }
         }
         self.import.objects = kept;
         Ok(())
+    }
+
+    /// The parts of each mesh in use, if they can be looked at wherever it stands.
+    fn parts_of_meshes(&self, path: &Path) -> Result<HashMap<u32, Vec<Part>>, Error> {
+        let mut parts_of: HashMap<u32, Vec<Part>> = HashMap::new();
+        let mut measured = 0;
+        for object in &self.import.objects {
+            let Geometry::Mesh(id) = object.geometry else {
+                continue;
+            };
+            let parts = parts_of
+                .entry(id.0)
+                .or_insert_with(|| parts(&self.import.meshes[id.index()].mesh, &self.wishes));
+            measured += parts.iter().map(|part| part.triangles.len()).sum::<usize>();
+            if measured > MOST_MEASURED {
+                return Err(too_many(path, "looked at", MOST_MEASURED));
+            }
+        }
+        Ok(parts_of)
     }
 
     /// Decides about one part; true if it became a light.
@@ -216,6 +237,13 @@ impl Run<'_> {
             }
         }
     }
+}
+
+fn too_many(path: &Path, done: &str, limit: usize) -> Error {
+    let cause = format!(
+        "for tubes among shared meshes more than {limit} triangles would have to be {done}; share them less"
+    );
+    Error::malformed(path, "lights", cause)
 }
 
 /// A connected set of triangles of one material.

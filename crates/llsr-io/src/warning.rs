@@ -5,6 +5,9 @@ use std::fmt;
 /// Elements that a warning names before it only counts.
 const NAMED: usize = 3;
 
+/// Places among which it looks for different ones.
+const SEARCHED: u64 = 64;
+
 /// Something in a file that was not taken as it stands.
 ///
 /// Shown as one sentence: what it is and what was done about it, the first few places, and how many there are.
@@ -152,7 +155,8 @@ impl Warnings {
             }
         };
         warning.count += count;
-        if warning.elements.len() < NAMED {
+        // Places of the same name are named once, but not compared for ever.
+        if warning.elements.len() < NAMED && warning.count <= SEARCHED {
             let element = shortened(element());
             if !warning.elements.contains(&element) {
                 warning.elements.push(element);

@@ -1,5 +1,6 @@
 //! From bytes to JSON structures and buffers, with nothing believed that was not checked.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use base64::Engine as _;
@@ -152,12 +153,9 @@ pub(super) fn check_extensions(path: &Path, root: &Root, warnings: &mut Warnings
         let cause = format!("the file cannot be read without {name:?}, which is not supported: {help}");
         return Err(Error::malformed(path, "extensionsRequired", cause));
     }
-    for name in root
-        .extensions_used
-        .iter()
-        .filter(|name| !root.extensions_required.contains(name))
-    {
-        if !KNOWN.contains(&name.as_str()) {
+    let required: HashSet<&String> = root.extensions_required.iter().collect();
+    for name in &root.extensions_used {
+        if !required.contains(name) && !KNOWN.contains(&name.as_str()) {
             warnings.add(WarningKind::Ignored, || format!("extension {name}"));
         }
     }

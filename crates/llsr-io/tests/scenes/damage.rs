@@ -292,6 +292,72 @@ fn buffers_that_are_shared_too_often_are_refused() {
     assert!(error.contains("share their buffers"), "{error}");
 }
 
+#[test]
+fn tubes_in_shared_meshes_have_a_limit() {
+    // A glowing blob shown 60000 times, and a bundle of 3000 rods that loses others of them wherever it stands.
+    let mut document = Document::new();
+    document.push(
+        "materials",
+        json!({ "name": "glow", "emissiveFactor": [1, 1, 1] }),
+    );
+    let positions: Vec<f32> = (0..6000).map(|i| (i * i % 97) as f32).collect();
+    let indices: Vec<u32> = (0..6000).map(|i| i % 2000).collect();
+    let mesh = document.mesh(&positions, &indices);
+    document.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
+    for i in 0..60_000 {
+        document.push("nodes", json!({ "mesh": 0, "translation": [i, 0, 0] }));
+    }
+    let error = document
+        .try_load()
+        .expect_err("120 million triangles")
+        .to_string();
+    assert!(error.contains("looked at"), "{error}");
+
+    let mut positions = Vec::new();
+    for rod in 0..300 {
+        let (x, length) = (rod as f32, 0.1 + 0.01 * rod as f32);
+        for corner in [
+            [0.0, 0.0, 0.0],
+            [0.01, 0.0, 0.0],
+            [0.005, 0.009, 0.0],
+            [0.005, 0.003, length],
+        ] {
+            positions.extend([x + corner[0], corner[1], corner[2]]);
+        }
+    }
+    let tetrahedron = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3];
+    let indices: Vec<u32> = (0..300)
+        .flat_map(|rod| tetrahedron.map(|i| 4 * rod + i))
+        .collect();
+    let mut document = Document::new();
+    document.push(
+        "materials",
+        json!({ "name": "glow", "emissiveFactor": [1, 1, 1] }),
+    );
+    document.push("materials", json!({ "name": "rest" }));
+    let mesh = document.mesh(&positions, &indices);
+    let rest = document.indices(&tetrahedron.repeat(15_000));
+    let mut primitive = document.json["meshes"][mesh]["primitives"][0].clone();
+    primitive["indices"] = json!(rest);
+    primitive["material"] = json!(1);
+    document.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
+    document.json["meshes"][mesh]["primitives"]
+        .as_array_mut()
+        .expect("primitives")
+        .push(primitive);
+    for i in 0..400 {
+        document.push(
+            "nodes",
+            json!({ "mesh": 0, "scale": [1.0, 1.0, 1.0 / (1.0 + 0.075 * f64::from(i))] }),
+        );
+    }
+    let error = document
+        .try_load()
+        .expect_err("more than 200 different rests")
+        .to_string();
+    assert!(error.contains("copied"), "{error}");
+}
+
 /// Words that mean something to the reader, and some that do not.
 fn word() -> impl Strategy<Value = String> {
     prop_oneof![
