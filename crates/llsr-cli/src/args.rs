@@ -128,6 +128,15 @@ pub(crate) struct RenderArgs {
     /// Rays through a pixel; 1 is its centre
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) spp: u32,
+    /// Lines that stand for a tube with a radius, a rectangle or a disc
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) light_lines: u32,
+    /// How surfaces reflect: direct is Lambert, glossy is glTF's metal-rough model
+    #[arg(long, value_enum, default_value_t = Shader::Direct)]
+    pub(crate) shader: Shader,
+    /// Render again, more carefully, where the irradiance varies much around a pixel (with tdf)
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub(crate) refine: Option<Refine>,
     /// Layers of an .exr beside the picture, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', long_help = LAYERS)]
     pub(crate) aov: Vec<String>,
@@ -155,6 +164,18 @@ const LAYERS: &str = "Layers of an .exr beside the picture, separated by commas:
   certificate          0 exact, 1 ends exact and gaps bounded by nu, 2 sampled
   albedo, normal       of the surface
   depth                distance along the ray (m)";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Shader {
+    Direct,
+    Glossy,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Refine {
+    /// Where the variance in a 3x3 neighbourhood is high (Ouellette & Fiume 1999, section 6)
+    Variance,
+}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Tone {

@@ -233,6 +233,7 @@ fn name_apart(lights: &mut [Light]) {
         let name = match light {
             Light::Linear(light) => &mut light.name,
             Light::Point(light) => &mut light.name,
+            Light::Area(light) => &mut light.name,
         };
         if name.is_empty() {
             "light".clone_into(name);

@@ -35,7 +35,7 @@ pub use adjacency::{Adjacency, Edge, NO_FACE, Weld};
 pub use bounds::Bounds;
 pub use camera::{Camera, FieldOfView, Projection, Viewport};
 pub use ids::{LightId, MaterialId, MeshId, ObjectId, TextureId, Triple};
-pub use light::{EmissionLaw, Light, LinearLight, PhotometricUnit, PointLight};
+pub use light::{AreaLight, AreaShape, EmissionLaw, Light, LinearLight, PhotometricUnit, PointLight};
 pub use material::{Material, TextureUse};
 pub use mesh::Mesh;
 pub use oracle::SegmentOracle;

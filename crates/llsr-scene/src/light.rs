@@ -97,6 +97,42 @@ pub struct PointLight {
     pub color: Vec3,
 }
 
+/// The surface of an area light. It is Lambertian and emits to one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AreaShape {
+    /// A rectangle that emits to the side of `along` x `across`.
+    Rect {
+        /// One corner (m, recentred frame).
+        corner: DVec3,
+        /// From the corner along one side (m).
+        along: DVec3,
+        /// From the corner along the other side (m), at right angles to `along`.
+        across: DVec3,
+    },
+    /// A disc that emits to the side of its normal.
+    Disc {
+        /// Centre (m, recentred frame).
+        center: DVec3,
+        /// Unit normal.
+        normal: DVec3,
+        /// Radius (m), positive.
+        radius: f64,
+    },
+}
+
+/// A light with an area.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaLight {
+    /// Name, unique in a scene after [`Scene::add_light`](crate::Scene::add_light).
+    pub name: String,
+    /// Its surface.
+    pub shape: AreaShape,
+    /// Total flux, in the scene's unit; not negative.
+    pub flux: f64,
+    /// Linear RGB colour, scaled to luminance 1.
+    pub color: Vec3,
+}
+
 /// A light of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
@@ -104,6 +140,8 @@ pub enum Light {
     Linear(LinearLight),
     /// In one point.
     Point(PointLight),
+    /// On a surface.
+    Area(AreaLight),
 }
 
 impl Light {
@@ -112,6 +150,7 @@ impl Light {
         match self {
             Self::Linear(light) => &light.name,
             Self::Point(light) => &light.name,
+            Self::Area(light) => &light.name,
         }
     }
 
@@ -119,6 +158,7 @@ impl Light {
         match self {
             Self::Linear(light) => &mut light.name,
             Self::Point(light) => &mut light.name,
+            Self::Area(light) => &mut light.name,
         }
     }
 
@@ -127,6 +167,7 @@ impl Light {
         match self {
             Self::Linear(light) => light.flux,
             Self::Point(light) => light.flux,
+            Self::Area(light) => light.flux,
         }
     }
 
@@ -135,14 +176,30 @@ impl Light {
         match self {
             Self::Linear(light) => light.color,
             Self::Point(light) => light.color,
+            Self::Area(light) => light.color,
         }
     }
 
-    /// The two ends of the light; equal for a point light.
+    /// The two ends of the light; equal for a point light, opposite corners or points of the rim for an area.
     pub fn ends(&self) -> (DVec3, DVec3) {
         match self {
             Self::Linear(light) => (light.a, light.b),
             Self::Point(light) => (light.position, light.position),
+            Self::Area(light) => match light.shape {
+                AreaShape::Rect {
+                    corner,
+                    along,
+                    across,
+                } => (corner, corner + along + across),
+                AreaShape::Disc {
+                    center,
+                    normal,
+                    radius,
+                } => {
+                    let across = normal.any_orthonormal_vector() * radius;
+                    (center - across, center + across)
+                }
+            },
         }
     }
 
@@ -154,6 +211,10 @@ impl Light {
                 light.b += offset;
             }
             Self::Point(light) => light.position += offset,
+            Self::Area(light) => match &mut light.shape {
+                AreaShape::Rect { corner, .. } => *corner += offset,
+                AreaShape::Disc { center, .. } => *center += offset,
+            },
         }
     }
 }
@@ -167,5 +228,11 @@ impl From<LinearLight> for Light {
 impl From<PointLight> for Light {
     fn from(light: PointLight) -> Self {
         Self::Point(light)
+    }
+}
+
+impl From<AreaLight> for Light {
+    fn from(light: AreaLight) -> Self {
+        Self::Area(light)
     }
 }

@@ -2,13 +2,14 @@
 
 use glam::DVec3;
 use llsr_quadrature::{
-    DitherMask, Emission, GaussRule, LineIrradiance, LineLight, Pattern, Receiver, horizon_clip,
+    DiscLight, DitherMask, Emission, GaussRule, GlossyOptions, LineGlossy, LineIrradiance, LineLight, Lobes,
+    Pattern, Receiver, RectLight, TubeLight, horizon_clip,
 };
 use llsr_rsb::{Method as Bisection, Stop, uniform};
-use llsr_scene::{EmissionLaw, Light, LightId, Scene};
+use llsr_scene::{AreaShape, EmissionLaw, Light, LightId, LinearLight, Scene};
 use llsr_tdf::{ChangeCoherence, Coherence, Finder, FinderScratch, Shift, Tdf, TdfScratch};
 use llsr_tracer::Tracer;
-use llsr_visibility::{Certificate, Counting, Partition, Visibility};
+use llsr_visibility::{Certificate, Counting, Panel, Partition, Visibility};
 use rand_pcg::Pcg64Mcg;
 
 use crate::search::{samples_to_panels, single_change};
@@ -27,13 +28,33 @@ pub(crate) struct Pixel {
 /// default.
 #[derive(Clone, Debug, Default)]
 pub struct LightState {
-    tdf: Coherence,
-    changes: ChangeCoherence,
+    /// One for each line of the light.
+    lines: Vec<LineState>,
 }
 
 impl LightState {
     /// Forgets the neighbour and keeps the memory.
     pub fn clear(&mut self) {
+        self.lines.iter_mut().for_each(LineState::clear);
+    }
+
+    fn line(&mut self, index: usize) -> &mut LineState {
+        if self.lines.len() <= index {
+            self.lines.resize(index + 1, LineState::default());
+        }
+        &mut self.lines[index]
+    }
+}
+
+/// What the neighbouring pixel saw of one line.
+#[derive(Clone, Debug, Default)]
+struct LineState {
+    tdf: Coherence,
+    changes: ChangeCoherence,
+}
+
+impl LineState {
+    fn clear(&mut self) {
         self.tdf = Coherence::default();
         self.changes.clear();
     }
@@ -48,6 +69,7 @@ pub struct Scratch {
     points: Vec<f64>,
     answers: Vec<bool>,
     samples: Vec<(f64, bool)>,
+    mapped: Partition,
 }
 
 /// What one light does to one surface point.
@@ -61,6 +83,8 @@ pub struct LightAnswer {
     pub tests: u32,
     /// How far the answer can be trusted.
     pub certificate: Certificate,
+    /// Integrals for glossy reflection towards the viewer; zero if the settings do not ask for it.
+    pub lobes: Lobes,
 }
 
 impl Default for LightAnswer {
@@ -70,6 +94,7 @@ impl Default for LightAnswer {
             discontinuities: 0,
             tests: 0,
             certificate: Certificate::Exact,
+            lobes: Lobes::default(),
         }
     }
 }
@@ -81,6 +106,7 @@ impl LightAnswer {
         self.discontinuities += other.discontinuities;
         self.tests += other.tests;
         self.certificate = self.certificate.weaker(other.certificate);
+        self.lobes += other.lobes;
     }
 }
 
@@ -90,6 +116,9 @@ enum Source {
     Dark,
     Point { position: DVec3, line: LineLight },
     Line(LineLight),
+    Tube(TubeLight),
+    Rect(RectLight),
+    Disc(DiscLight),
 }
 
 /// Shades surface points with the lights of a scene.
@@ -100,6 +129,10 @@ pub struct DirectLight<'a> {
     sources: Vec<Source>,
     /// Nodes and weights of the Gauss rule on [0, 1], for [`Method::Gauss`].
     gauss: (Vec<f64>, Vec<f64>),
+    /// Nodes and weights on [0, 1] of the lines that stand for a light with an area.
+    stack: Vec<(f64, f64)>,
+    /// Roughness of each material.
+    roughness: Vec<f64>,
 }
 
 impl<'a> DirectLight<'a> {
@@ -115,37 +148,85 @@ impl<'a> DirectLight<'a> {
             settings,
             sources: scene.lights.iter().map(source).collect(),
             gauss,
+            stack: GaussRule::new(settings.light_lines as usize).iter().collect(),
+            roughness: scene.materials.iter().map(|m| f64::from(m.roughness)).collect(),
         }
     }
 
-    /// Irradiance of one light on a surface point.
+    /// Light of one light on a surface point.
     ///
     /// `state` belongs to this light and is what the neighbouring pixel saw of it. Cost: a few dozen nanoseconds
-    /// plus the visibility tests, which are counted in `statistics`.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "each is another kind of state that the caller owns"
-    )]
+    /// a line plus the visibility tests, which are counted in the caller's statistics.
     pub(crate) fn shade(
         &self,
         surface: &SurfacePoint,
         light: LightId,
-        at: Pixel,
         state: &mut LightState,
-        rng: &mut Pcg64Mcg,
-        scratch: &mut Scratch,
-        statistics: &mut Statistics,
+        work: &mut Work<'_>,
     ) -> LightAnswer {
-        let line = match &self.sources[light.index()] {
+        let (answer, class) = match &self.sources[light.index()] {
             Source::Dark => {
-                statistics.skipped.no_power += 1;
-                statistics.count_class(LightClass::Umbra);
-                statistics.discontinuities[0] += 1;
-                return LightAnswer::default();
+                work.statistics.skipped.no_power += 1;
+                (LightAnswer::default(), LightClass::Umbra)
             }
-            Source::Point { position, line } => return self.point(surface, *position, line, statistics),
-            Source::Line(line) => line,
+            Source::Point { position, line } => self.point(surface, *position, line, work),
+            Source::Line(line) => self.line(surface, line, state.line(0), work),
+            Source::Tube(tube) => self.lines(
+                surface,
+                tube.lines(surface.position, self.stack.iter().copied()),
+                state,
+                work,
+            ),
+            Source::Rect(rect) => self.lines(
+                surface,
+                rect.lines(surface.position, self.stack.iter().copied()),
+                state,
+                work,
+            ),
+            Source::Disc(disc) => self.lines(
+                surface,
+                disc.lines(surface.position, self.stack.iter().copied()),
+                state,
+                work,
+            ),
         };
+        let statistics = &mut *work.statistics;
+        statistics.count_class(class);
+        let last = statistics.discontinuities.len() - 1;
+        statistics.discontinuities[(answer.discontinuities as usize).min(last)] += 1;
+        answer
+    }
+
+    /// A light with an area, as the lines that stand for it.
+    fn lines(
+        &self,
+        surface: &SurfacePoint,
+        lines: impl Iterator<Item = LineLight>,
+        state: &mut LightState,
+        work: &mut Work<'_>,
+    ) -> (LightAnswer, LightClass) {
+        let mut sum = LightAnswer::default();
+        let mut classes = [false; 3];
+        for (index, line) in lines.enumerate() {
+            let (answer, class) = self.line(surface, &line, state.line(index), work);
+            sum.add(&answer);
+            classes[class as usize] = true;
+        }
+        let class = match classes {
+            [true, false, false] => LightClass::Lit,
+            [false, false, _] => LightClass::Umbra,
+            _ => LightClass::Penumbra,
+        };
+        (sum, class)
+    }
+
+    fn line(
+        &self,
+        surface: &SurfacePoint,
+        line: &LineLight,
+        state: &mut LineState,
+        work: &mut Work<'_>,
+    ) -> (LightAnswer, LightClass) {
         // The geometric face decides what can arrive at all, the shading normal how much of it counts.
         let face = Receiver {
             position: surface.origin,
@@ -163,68 +244,126 @@ impl<'a> DirectLight<'a> {
         });
         let Some((irradiance, t0, t1)) = above else {
             state.clear();
-            statistics.skipped.below_horizon += 1;
-            statistics.count_class(LightClass::Umbra);
-            statistics.discontinuities[0] += 1;
-            return LightAnswer::default();
+            work.statistics.skipped.below_horizon += 1;
+            return (LightAnswer::default(), LightClass::Umbra);
         };
-        statistics.skipped.horizon_clipped += u64::from(t0 > 0.0 || t1 < 1.0);
-        let span = t1 - t0;
+        work.statistics.skipped.horizon_clipped += u64::from(t0 > 0.0 || t1 < 1.0);
+        let stretch = Stretch {
+            irradiance,
+            t0,
+            span: t1 - t0,
+        };
         let mut oracle = Counting::new(Toward {
             tracer: self.tracer,
             from: surface.origin,
             line,
             t0,
-            span,
+            span: stretch.span,
         });
-        let sum = self.search(
-            &mut oracle,
-            &irradiance,
-            (t0, span),
-            at,
-            state,
-            rng,
-            scratch,
-            statistics,
-        );
+        let sum = self.search(&mut oracle, &stretch, state, work);
         let tests = oracle.tests();
-        statistics.visibility_tests += u64::from(tests);
-        let visible = &scratch.visible;
-        let discontinuities = visible.discontinuities() as u32;
-        statistics.count_class(if visible.is_lit() {
+        work.statistics.visibility_tests += u64::from(tests);
+        let visible = &work.scratch.visible;
+        let class = if visible.is_lit() {
             LightClass::Lit
         } else if visible.is_dark() {
             LightClass::Umbra
         } else {
             LightClass::Penumbra
-        });
-        let last = statistics.discontinuities.len() - 1;
-        statistics.discontinuities[(discontinuities as usize).min(last)] += 1;
-        LightAnswer {
+        };
+        let mut lobes = Lobes::default();
+        if self.settings.glossy && class != LightClass::Umbra {
+            let roughness = self.roughness[surface.material.index()];
+            let glossy = LineGlossy::new(&receiver, line, surface.to_viewer, roughness);
+            let mut mapped = std::mem::take(&mut work.scratch.mapped);
+            mapped.clear();
+            for panel in visible.panels() {
+                mapped.push(Panel::exact(
+                    t0 + stretch.span * panel.start,
+                    t0 + stretch.span * panel.end,
+                ));
+            }
+            lobes = glossy.partition(&mapped, &GlossyOptions::default()).lobes;
+            work.scratch.mapped = mapped;
+        }
+        let answer = LightAnswer {
             irradiance: sum,
-            discontinuities,
+            discontinuities: visible.discontinuities() as u32,
             tests,
             certificate: visible.certificate(),
-        }
+            lobes,
+        };
+        (answer, class)
     }
 
     /// Finds the visible part of the stretch `t0 + span * [0, 1]` of the light, leaves it in `scratch.visible`
     /// (in parameters of the stretch) and returns the irradiance.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "each is another kind of state that the caller owns"
-    )]
     fn search(
         &self,
         oracle: &mut Counting<Toward<'_>>,
-        irradiance: &LineIrradiance,
-        (t0, span): (f64, f64),
-        at: Pixel,
-        state: &mut LightState,
-        rng: &mut Pcg64Mcg,
-        scratch: &mut Scratch,
-        statistics: &mut Statistics,
+        stretch: &Stretch,
+        state: &mut LineState,
+        work: &mut Work<'_>,
     ) -> f64 {
+        let settings = self.settings;
+        match settings.method {
+            Method::Auto => {
+                let Work {
+                    at,
+                    rng,
+                    scratch,
+                    statistics,
+                    ..
+                } = work;
+                let finder = Finder {
+                    epsilon: settings.epsilon,
+                    nu: settings.nu,
+                };
+                let shift = Shift {
+                    lattice: self.dither(*at),
+                    cover: uniform(rng),
+                };
+                let visible = &mut scratch.visible;
+                let report = finder.find(oracle, &mut state.changes, shift, &mut scratch.finder, visible);
+                statistics.end_tests += u64::from(report.end_tests);
+            }
+            Method::Gauss | Method::Hpd | Method::Stratified | Method::Uniform => {
+                return self.sampled(oracle, stretch, &mut work.rng, work.scratch);
+            }
+            _ if work.split <= 1 => self.few_changes(oracle, &mut state.tdf, work),
+            _ => {
+                // Each part on its own: what would be too many changes for one search is few for each of several.
+                let parts = f64::from(work.split);
+                let mut whole = std::mem::take(&mut work.scratch.mapped);
+                whole.clear();
+                for part in 0..work.split {
+                    let mut within = |t: f64| oracle.visible((f64::from(part) + t) / parts);
+                    self.few_changes(&mut within, &mut Coherence::default(), work);
+                    for panel in work.scratch.visible.panels() {
+                        whole.push(Panel {
+                            start: (f64::from(part) + panel.start) / parts,
+                            end: (f64::from(part) + panel.end) / parts,
+                            start_uncertainty: panel.start_uncertainty / parts,
+                            end_uncertainty: panel.end_uncertainty / parts,
+                        });
+                    }
+                }
+                whole.set_certificate(Certificate::Sampled);
+                work.scratch.mapped = std::mem::replace(&mut work.scratch.visible, whole);
+            }
+        }
+        stretch.panels(&work.scratch.visible)
+    }
+
+    /// The two-discontinuity finder, or a search for a single change; leaves the result in `scratch.visible`.
+    fn few_changes(&self, oracle: &mut impl Visibility, coherence: &mut Coherence, work: &mut Work<'_>) {
+        let Work {
+            at,
+            rng,
+            scratch,
+            statistics,
+            ..
+        } = work;
         let settings = self.settings;
         let visible = &mut scratch.visible;
         let bisection = match settings.method {
@@ -232,38 +371,21 @@ impl<'a> DirectLight<'a> {
             Method::JitteredBisection => Bisection::Jittered,
             Method::RandomCut => Bisection::RandomCut,
             Method::Rsb => Bisection::RandomSeed,
-            Method::Dithered => Bisection::DitheredAt(self.dither(at)),
-            Method::Tdf => {
+            Method::Dithered => Bisection::DitheredAt(self.dither(*at)),
+            _ => {
                 let tdf = Tdf {
                     stop: Stop::Tolerance(settings.epsilon),
                     nu: settings.nu,
                     ..Tdf::default()
                 };
-                let report = tdf.find(oracle, &mut state.tdf, rng, &mut scratch.tdf, visible);
+                let report = tdf.find(oracle, coherence, rng, &mut scratch.tdf, visible);
                 statistics.end_tests += u64::from(report.end_tests);
                 statistics.tdf.count(&report);
-                return panels(irradiance, visible, t0, span);
-            }
-            Method::Auto => {
-                let finder = Finder {
-                    epsilon: settings.epsilon,
-                    nu: settings.nu,
-                };
-                let shift = Shift {
-                    lattice: self.dither(at),
-                    cover: uniform(rng),
-                };
-                let report = finder.find(oracle, &mut state.changes, shift, &mut scratch.finder, visible);
-                statistics.end_tests += u64::from(report.end_tests);
-                return panels(irradiance, visible, t0, span);
-            }
-            Method::Gauss | Method::Hpd | Method::Stratified | Method::Uniform => {
-                return self.sampled(oracle, irradiance, (t0, span), rng, scratch);
+                return;
             }
         };
         single_change(oracle, bisection, settings.epsilon, rng, visible);
         statistics.end_tests += 2;
-        panels(irradiance, visible, t0, span)
     }
 
     /// The shift of dithered bisection, from a blue-noise mask: neighbouring pixels err in different directions.
@@ -275,8 +397,7 @@ impl<'a> DirectLight<'a> {
     fn sampled(
         &self,
         oracle: &mut Counting<Toward<'_>>,
-        irradiance: &LineIrradiance,
-        (t0, span): (f64, f64),
+        stretch: &Stretch,
         rng: &mut Pcg64Mcg,
         scratch: &mut Scratch,
     ) -> f64 {
@@ -303,11 +424,12 @@ impl<'a> DirectLight<'a> {
         for (i, (&t, &lit)) in points.iter().zip(answers.iter()).enumerate() {
             samples.push((t, lit));
             if lit {
-                sum += self.gauss.1.get(i).unwrap_or(&equal) * irradiance.density(t0 + span * t);
+                sum += self.gauss.1.get(i).unwrap_or(&equal)
+                    * stretch.irradiance.density(stretch.t0 + stretch.span * t);
             }
         }
         samples_to_panels(samples, visible);
-        sum * span
+        sum * stretch.span
     }
 
     fn point(
@@ -315,42 +437,63 @@ impl<'a> DirectLight<'a> {
         surface: &SurfacePoint,
         position: DVec3,
         line: &LineLight,
-        statistics: &mut Statistics,
-    ) -> LightAnswer {
+        work: &mut Work<'_>,
+    ) -> (LightAnswer, LightClass) {
         let receiver = Receiver {
             position: surface.position,
             normal: surface.shading_normal,
         };
         let sum = LineIrradiance::new(&receiver, line).panel(0.0, 1.0);
-        statistics.discontinuities[0] += 1;
         if sum <= 0.0 || surface.geometric_normal.dot(position - surface.origin) <= 0.0 {
-            statistics.skipped.below_horizon += 1;
-            statistics.count_class(LightClass::Umbra);
-            return LightAnswer::default();
+            work.statistics.skipped.below_horizon += 1;
+            return (LightAnswer::default(), LightClass::Umbra);
         }
-        statistics.visibility_tests += 1;
-        statistics.end_tests += 1;
-        let occluded = self.tracer.occluded(surface.origin, position);
-        statistics.count_class(if occluded {
-            LightClass::Umbra
-        } else {
-            LightClass::Lit
-        });
-        LightAnswer {
-            irradiance: if occluded { 0.0 } else { sum },
+        work.statistics.visibility_tests += 1;
+        work.statistics.end_tests += 1;
+        let mut answer = LightAnswer {
             tests: 1,
             ..LightAnswer::default()
+        };
+        if self.tracer.occluded(surface.origin, position) {
+            return (answer, LightClass::Umbra);
         }
+        answer.irradiance = sum;
+        if self.settings.glossy {
+            let roughness = self.roughness[surface.material.index()];
+            let glossy = LineGlossy::new(&receiver, line, surface.to_viewer, roughness);
+            answer.lobes = glossy.panel(0.0, 1.0, &GlossyOptions::default()).lobes;
+        }
+        (answer, LightClass::Lit)
     }
 }
 
-/// Irradiance of the visible panels of the stretch `t0 + span * [0, 1]`.
-fn panels(irradiance: &LineIrradiance, visible: &Partition, t0: f64, span: f64) -> f64 {
-    visible
-        .panels()
-        .iter()
-        .map(|panel| irradiance.panel(t0 + span * panel.start, t0 + span * panel.end))
-        .sum()
+/// Whose turn it is, and the state that the caller owns.
+pub(crate) struct Work<'a> {
+    pub(crate) at: Pixel,
+    /// Parts of each line that a search for few changes searches on their own; 1 is the rule.
+    pub(crate) split: u32,
+    pub(crate) rng: Pcg64Mcg,
+    pub(crate) scratch: &'a mut Scratch,
+    pub(crate) statistics: &'a mut Statistics,
+}
+
+/// The part of a line above the horizon: parameters `t0 + span * [0, 1]`.
+struct Stretch {
+    irradiance: LineIrradiance,
+    t0: f64,
+    span: f64,
+}
+
+impl Stretch {
+    /// Irradiance of the visible panels, which are in parameters of the stretch.
+    fn panels(&self, visible: &Partition) -> f64 {
+        let at = |t: f64| self.t0 + self.span * t;
+        visible
+            .panels()
+            .iter()
+            .map(|panel| self.irradiance.panel(at(panel.start), at(panel.end)))
+            .sum()
+    }
 }
 
 fn source(light: &Light) -> Source {
@@ -369,6 +512,12 @@ fn source(light: &Light) -> Source {
                 emission,
                 flux: light.flux,
             };
+            if light.radius > 0.0 && light.length() > 0.0 {
+                let LinearLight {
+                    a, b, radius, flux, ..
+                } = *light;
+                return Source::Tube(TubeLight { a, b, radius, flux });
+            }
             // Without a length there is nothing to search along.
             if light.length() > 0.0 {
                 Source::Line(line)
@@ -379,6 +528,23 @@ fn source(light: &Light) -> Source {
                 }
             }
         }
+        Light::Area(light) => match light.shape {
+            AreaShape::Rect {
+                corner,
+                along,
+                across,
+            } => Source::Rect(RectLight {
+                corner,
+                along,
+                across,
+                flux: light.flux,
+            }),
+            AreaShape::Disc {
+                center,
+                normal,
+                radius,
+            } => Source::Disc(DiscLight::new(center, normal, radius, light.flux)),
+        },
         Light::Point(light) => {
             let (position, flux) = (light.position, light.flux);
             let line = LineLight {

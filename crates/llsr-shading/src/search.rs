@@ -1,13 +1,13 @@
 //! The search methods, from "which part of the light can be seen" to a partition.
 
 use llsr_rsb::{Method as Bisection, Stop, bisect};
-use llsr_visibility::{Bracket, Certificate, Counting, Panel, Partition, Visibility};
+use llsr_visibility::{Bracket, Certificate, Panel, Partition, Visibility};
 use rand_pcg::Pcg64Mcg;
 
 /// Both ends are tested; where they differ, one change is found by `bisection` (Ouellette & Fiume 1999,
 /// section 4). Sees at most one change.
 pub(crate) fn single_change(
-    oracle: &mut Counting<impl Visibility>,
+    oracle: &mut impl Visibility,
     bisection: Bisection,
     epsilon: f64,
     rng: &mut Pcg64Mcg,

@@ -100,6 +100,13 @@ pub struct Settings {
     pub samples: u32,
     /// Rays through a pixel, at least 1; a single one goes through the centre.
     pub spp: u32,
+    /// Lines that stand for a light with an area, at least 1.
+    pub light_lines: u32,
+    /// Whether surfaces reflect as glTF's metal-rough model has it (GGX and Lambert), or as Lambert alone.
+    pub glossy: bool,
+    /// Whether pixels around which the irradiance varies much are rendered again with each light in quarters (Ouellette
+    /// & Fiume 1999, section 6); for [`Method::Tdf`] and the searches for a single change.
+    pub refine: bool,
     /// Seed of all random choices.
     pub seed: u64,
     /// Layers beside the picture.
@@ -114,6 +121,9 @@ impl Default for Settings {
             nu: 0.25,
             samples: 16,
             spp: 1,
+            light_lines: 4,
+            glossy: false,
+            refine: false,
             seed: 0,
             layers: Vec::new(),
         }

@@ -102,6 +102,8 @@ pub struct Statistics {
     pub discontinuities: [u64; HISTOGRAM_LEN],
     /// What the two-discontinuity finder did, by its state.
     pub tdf: TdfCounts,
+    /// Pixels that were rendered again because the irradiance varies much around them.
+    pub refined: u64,
     /// Pairs left out.
     pub skipped: Skipped,
 }
@@ -118,6 +120,7 @@ impl Default for Statistics {
             umbra: 0,
             discontinuities: [0; HISTOGRAM_LEN],
             tdf: TdfCounts::default(),
+            refined: 0,
             skipped: Skipped::default(),
         }
     }
@@ -151,6 +154,7 @@ impl Statistics {
             *mine += theirs;
         }
         self.tdf.add(&other.tdf);
+        self.refined += other.refined;
         self.skipped.below_horizon += other.skipped.below_horizon;
         self.skipped.no_power += other.skipped.no_power;
         self.skipped.horizon_clipped += other.skipped.horizon_clipped;

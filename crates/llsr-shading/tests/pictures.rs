@@ -292,3 +292,120 @@ fn subsamples_average_to_the_same_brightness() {
     let (one, many) = (mean(1), mean(9));
     assert!((one / many - 1.0).abs() < 0.02, "{one} and {many}");
 }
+
+#[test]
+fn refinement_brings_the_finder_of_two_changes_closer() {
+    let scene = bars(3);
+    let layers = vec![Layer::Irradiance];
+    let truth = Settings {
+        epsilon: 1e-6,
+        nu: 0.02,
+        layers: layers.clone(),
+        ..Settings::default()
+    };
+    let truth = picture(&scene, truth).film;
+    let error = |refine: bool| {
+        let settings = Settings {
+            method: Method::Tdf,
+            refine,
+            layers: layers.clone(),
+            ..Settings::default()
+        };
+        let rendered = picture(&scene, settings);
+        assert_eq!(
+            rendered.statistics.refined > 0,
+            refine,
+            "pixels are refined only on request"
+        );
+        let (a, b) = (
+            layer(&rendered.film, "irradiance.Y"),
+            layer(&truth, "irradiance.Y"),
+        );
+        a.iter()
+            .zip(b)
+            .map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2))
+            .sum::<f64>()
+    };
+    let (plain, refined) = (error(false), error(true));
+    assert!(
+        refined < 0.25 * plain,
+        "the squared error goes from {plain} to {refined}"
+    );
+}
+
+#[test]
+fn a_rectangle_gives_the_irradiance_of_its_surface() {
+    let mut scene = bars(1);
+    scene.lights.clear();
+    let (flux, side, height) = (1000.0, 0.8, 2.5);
+    scene.add_light(llsr_scene::AreaLight {
+        name: "panel".to_owned(),
+        shape: llsr_scene::AreaShape::Rect {
+            corner: DVec3::new(1.2, height, -0.4),
+            along: DVec3::new(side, 0.0, 0.0),
+            across: DVec3::new(0.0, 0.0, side),
+        },
+        flux,
+        color: glam::Vec3::ONE,
+    });
+    // Only the right half of the floor sees the panel without a bar in between: look there.
+    scene.objects.truncate(1);
+    let settings = Settings {
+        layers: vec![Layer::Irradiance],
+        light_lines: 8,
+        ..Settings::default()
+    };
+    let film = picture(&scene, settings).film;
+    let irradiance = layer(&film, "irradiance.Y");
+    for (x, y) in [(24, 20), (3, 5), (40, 33)] {
+        let p = floor_point(&scene.cameras[0], x, y).expect("the floor");
+        let steps = 200;
+        let mut expected = 0.0;
+        for i in 0..steps {
+            for j in 0..steps {
+                let at = |k: i32| (f64::from(k) + 0.5) / f64::from(steps) * side;
+                let to = DVec3::new(1.2 + at(i), height, -0.4 + at(j)) - p;
+                let cosine = to.y / to.length();
+                // Radiance flux / (pi A); both cosines are the same, and A / steps^2 is the area of a cell.
+                expected += flux / std::f64::consts::PI * cosine * cosine
+                    / to.length_squared()
+                    / f64::from(steps * steps);
+            }
+        }
+        let seen = f64::from(irradiance[(y * VIEW.width + x) as usize]);
+        assert!(
+            (seen / expected - 1.0).abs() < 1e-4,
+            "{seen} and {expected} at {x},{y}"
+        );
+    }
+}
+
+#[test]
+fn a_thick_tube_sends_the_flux_of_its_axis_and_casts_another_shadow() {
+    let scene = bars(1);
+    let (line, mut thick) = (scene.clone(), scene.clone());
+    let Light::Linear(light) = &mut thick.lights[0] else {
+        panic!("a linear light")
+    };
+    light.radius = 0.15;
+    let settings = || Settings {
+        epsilon: 1e-5,
+        nu: 0.1,
+        light_lines: 16,
+        layers: vec![Layer::Irradiance],
+        ..Settings::default()
+    };
+    let (thin, soft) = (picture(&line, settings()).film, picture(&thick, settings()).film);
+    let (a, b) = (layer(&thin, "irradiance.Y"), layer(&soft, "irradiance.Y"));
+    let mean = |v: &[f32]| v.iter().map(|&v| f64::from(v)).sum::<f64>() / v.len() as f64;
+    assert!(
+        (mean(a) / mean(b) - 1.0).abs() < 0.05,
+        "the same flux: {} and {}",
+        mean(a),
+        mean(b)
+    );
+    assert!(
+        a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.01 * a.max(*b)),
+        "the radius matters"
+    );
+}

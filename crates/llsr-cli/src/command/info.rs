@@ -1,7 +1,7 @@
 //! `llsr info`: what a scene file holds.
 
 use llsr_io::Loaded;
-use llsr_scene::{Camera, Geometry, Light, Projection, Scene, Viewport};
+use llsr_scene::{AreaShape, Camera, Geometry, Light, Projection, Scene, Viewport};
 use llsr_tracer::Tracer;
 use serde_json::json;
 
@@ -177,6 +177,12 @@ fn print_lights(scene: &Scene) {
                 b.y,
                 b.z
             ),
+            Light::Area(area) => println!(
+                "    {:<28} {:.1} {unit}, {}",
+                area.name,
+                area.flux,
+                shape_text(&area.shape, scene.origin)
+            ),
             Light::Point(point) => println!(
                 "    {:<28} {:.1} {unit}, point at ({:.3}, {:.3}, {:.3})",
                 point.name, point.flux, a.x, a.y, a.z
@@ -185,5 +191,29 @@ fn print_lights(scene: &Scene) {
     }
     if scene.lights.len() > MOST {
         println!("    and {} more", scene.lights.len() - MOST);
+    }
+}
+
+fn shape_text(shape: &AreaShape, origin: glam::DVec3) -> String {
+    match *shape {
+        AreaShape::Rect {
+            corner,
+            along,
+            across,
+        } => {
+            let c = corner + 0.5 * (along + across) + origin;
+            let (w, h) = (across.length(), along.length());
+            format!(
+                "rectangle of {w:.3} x {h:.3} m around ({:.3}, {:.3}, {:.3})",
+                c.x, c.y, c.z
+            )
+        }
+        AreaShape::Disc { center, radius, .. } => {
+            let c = center + origin;
+            format!(
+                "disc of radius {radius:.3} m around ({:.3}, {:.3}, {:.3})",
+                c.x, c.y, c.z
+            )
+        }
     }
 }

@@ -177,6 +177,9 @@ fn settings(args: &RenderArgs, common: &Common, scene: &llsr_scene::Scene) -> Re
         nu: args.nu,
         samples: args.samples,
         spp: args.spp,
+        light_lines: args.light_lines,
+        glossy: args.shader == args::Shader::Glossy,
+        refine: args.refine.is_some(),
         seed: common.seed,
         layers,
     })
@@ -223,6 +226,7 @@ pub(crate) fn statistics_json(statistics: &Statistics) -> Value {
             "umbra": share(statistics.umbra, pairs),
         },
         "hits": statistics.hits,
+        "refined_pixels": statistics.refined,
         "discontinuity_histogram": histogram[..used],
         "skipped": {
             "below_horizon": statistics.skipped.below_horizon,

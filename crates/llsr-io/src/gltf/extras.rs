@@ -55,6 +55,12 @@ pub(super) struct NodeExtras {
     pub(super) emission: Option<Emission>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) radius: Option<f64>,
+    /// Width (local x) and height (local y) of a rectangular light that shines along the local -z axis (m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) rect: Option<[f64; 2]>,
+    /// Radius of a disc light that shines along the local -z axis (m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) disc: Option<f64>,
     /// Replaces the node's mesh, which shows it to other programs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) primitive: Option<PrimitiveExtras>,

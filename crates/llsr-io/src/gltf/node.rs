@@ -10,8 +10,8 @@ use gltf::json::extensions::scene::khr_lights_punctual::{Light as PunctualLight,
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
 use llsr_scene::{
-    Camera, FieldOfView, Geometry, LinearLight, MaterialId, MeshId, PointLight, Primitive, Projection, Shape,
-    luminance,
+    AreaLight, AreaShape, Camera, FieldOfView, Geometry, LinearLight, MaterialId, MeshId, PointLight,
+    Primitive, Projection, Shape, luminance,
 };
 
 use super::container::{Precise, PreciseNode};
@@ -299,6 +299,29 @@ impl Walk<'_> {
         };
         // The node's entries go before those of the light, which nodes may share.
         let own = own.unwrap_or_default();
+        let shape = own
+            .rect
+            .or(shared.rect)
+            .map(Area::Rect)
+            .or(own.disc.or(shared.disc).map(Area::Disc));
+        if let Some(shape) = shape {
+            let Some(shape) = shape.placed(transform) else {
+                self.warnings.add(WarningKind::BadLight, || {
+                    format!("{place}: rect or disc without an area")
+                });
+                return;
+            };
+            self.import.lights.push(
+                AreaLight {
+                    name,
+                    shape,
+                    flux,
+                    color,
+                }
+                .into(),
+            );
+            return;
+        }
         let Some(length) = own.length.or(shared.length) else {
             self.import.lights.push(
                 PointLight {
@@ -401,4 +424,41 @@ pub(super) fn upright_axes(matrix: DMat3) -> Option<DMat3> {
     let backward = matrix.z_axis.try_normalize()?;
     let right = matrix.y_axis.cross(backward).try_normalize()?;
     Some(DMat3::from_cols(right, backward.cross(right), backward))
+}
+
+/// The surface of an area light in its node's frame: it shines along the local -z axis.
+enum Area {
+    Rect([f64; 2]),
+    Disc(f64),
+}
+
+impl Area {
+    /// Its place in the file's frame; `None` if it has no area there.
+    fn placed(&self, transform: DAffine3) -> Option<AreaShape> {
+        let [x, y] = [DVec3::X, DVec3::Y].map(|axis| transform.transform_vector3(axis));
+        let center = transform.translation;
+        let facing = y.cross(x).try_normalize()?;
+        match *self {
+            Self::Rect([width, height]) => {
+                let (along, across) = (y * height, x * width);
+                // A shear is straightened: the sides of a rectangle are at right angles.
+                let across = across - along * (across.dot(along) / along.length_squared());
+                let area = along.cross(across).dot(facing);
+                let corner = center - 0.5 * (along + across);
+                (area.is_finite() && area > 0.0 && width > 0.0).then_some(AreaShape::Rect {
+                    corner,
+                    along,
+                    across,
+                })
+            }
+            Self::Disc(radius) => {
+                let radius = radius * x.cross(y).length().sqrt();
+                (radius.is_finite() && radius > 0.0).then_some(AreaShape::Disc {
+                    center,
+                    normal: facing,
+                    radius,
+                })
+            }
+        }
+    }
 }

@@ -8,8 +8,8 @@ use base64::Engine as _;
 use glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 use image::{ExtendedColorType, ImageEncoder as _};
 use llsr_scene::{
-    Camera, FieldOfView, Geometry, Light, Material, Mesh, PhotometricUnit, Projection, Scene, Texture,
-    TextureUse, Wrap,
+    AreaShape, Camera, FieldOfView, Geometry, Light, Material, Mesh, PhotometricUnit, Projection, Scene,
+    Texture, TextureUse, Wrap,
 };
 use serde_json::{Map, Value, json};
 
@@ -375,8 +375,41 @@ impl Document<'_> {
                     length: Some(light.length()),
                     emission: Some(light.emission.into()),
                     radius: Some(light.radius),
-                    primitive: None,
+                    ..NodeExtras::default()
                 };
+                insert_extras(&mut node, &extras);
+            }
+            Light::Area(light) => {
+                let (center, x, facing, extras) = match light.shape {
+                    AreaShape::Rect {
+                        corner,
+                        along,
+                        across,
+                    } => {
+                        let sides = Some([across.length(), along.length()]);
+                        let extras = NodeExtras {
+                            rect: sides,
+                            ..NodeExtras::default()
+                        };
+                        let center = corner + 0.5 * (along + across);
+                        (center, across.normalize_or(DVec3::X), along.cross(across), extras)
+                    }
+                    AreaShape::Disc {
+                        center,
+                        normal,
+                        radius,
+                    } => {
+                        let extras = NodeExtras {
+                            disc: Some(radius),
+                            ..NodeExtras::default()
+                        };
+                        (center, normal.any_orthonormal_vector(), normal, extras)
+                    }
+                };
+                let z = -facing.normalize_or(-DVec3::Z);
+                let rotation = DQuat::from_mat3(&glam::DMat3::from_cols(x, z.cross(x), z));
+                node.insert("translation".to_owned(), json!(center.to_array()));
+                node.insert("rotation".to_owned(), json!(rotation.to_array()));
                 insert_extras(&mut node, &extras);
             }
         }

@@ -81,7 +81,7 @@ fn linear(loaded: &Loaded) -> Vec<LinearLight> {
                 light.b += loaded.scene.origin;
                 light
             }
-            Light::Point(light) => panic!("{light:?} is no line"),
+            other => panic!("{other:?} is no line"),
         })
         .collect()
 }

@@ -3,8 +3,9 @@
 use glam::{Affine3A, DVec3, Mat3, Quat, Vec2, Vec3};
 use llsr_io::{Error, LoadOptions, Loaded, load_scene, write_gltf};
 use llsr_scene::{
-    Camera, EmissionLaw, FieldOfView, Geometry, Light, LinearLight, Material, Mesh, MeshId, Object,
-    PhotometricUnit, PointLight, Primitive, Projection, Scene, Shape, Texture, TextureUse, Wrap,
+    AreaLight, AreaShape, Camera, EmissionLaw, FieldOfView, Geometry, Light, LinearLight, Material, Mesh,
+    MeshId, Object, PhotometricUnit, PointLight, Primitive, Projection, Scene, Shape, Texture, TextureUse,
+    Wrap,
 };
 
 use crate::support::{Folder, assert_no_warnings, triangles};
@@ -330,4 +331,66 @@ fn an_empty_mesh_is_no_obstacle() {
         (0, 1),
         "the light came through"
     );
+}
+
+#[test]
+fn rectangles_and_discs_shine_along_their_own_minus_z_and_survive_a_round_trip() {
+    let mut scene = Scene::new("areas");
+    let grey = scene.add_material(Material::diffuse("grey", Vec3::splat(0.5)));
+    scene.add_mesh(Mesh::quad(
+        "floor",
+        [Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::X],
+        grey,
+    ));
+    let down = AreaShape::Rect {
+        corner: DVec3::new(0.2, 2.0, 0.1),
+        along: DVec3::new(0.6, 0.0, 0.0),
+        across: DVec3::new(0.0, 0.0, 0.3),
+    };
+    let tilted = AreaShape::Disc {
+        center: DVec3::new(1.0, 2.0, 3.0),
+        normal: DVec3::new(0.6, -0.8, 0.0),
+        radius: 0.25,
+    };
+    for (name, shape) in [("rect", down), ("disc", tilted)] {
+        scene.add_light(AreaLight {
+            name: name.to_owned(),
+            shape,
+            flux: 1200.0,
+            color: Vec3::ONE,
+        });
+    }
+    let folder = Folder::new();
+    let path = folder.path("areas.gltf");
+    write_gltf(&path, &scene).expect("written");
+    let loaded = load_scene(&path, &LoadOptions::default()).expect("read");
+    let moved = loaded.scene.origin;
+    for (want, got) in scene.lights.iter().zip(&loaded.scene.lights) {
+        let (Light::Area(want), Light::Area(got)) = (want, got) else {
+            panic!("{got:?} has no area")
+        };
+        assert!((want.flux / got.flux - 1.0).abs() < 1e-6, "{want:?}, {got:?}");
+        let facing = |shape: &AreaShape| match *shape {
+            AreaShape::Rect {
+                corner,
+                along,
+                across,
+            } => (
+                corner + 0.5 * (along + across),
+                along.cross(across),
+                along.length().min(across.length()),
+            ),
+            AreaShape::Disc {
+                center,
+                normal,
+                radius,
+            } => (center, normal, radius),
+        };
+        let ((c0, n0, s0), (c1, n1, s1)) = (facing(&want.shape), facing(&got.shape));
+        assert!(
+            c0.distance(c1 + moved) < 1e-5 && n0.distance(n1) < 1e-5,
+            "{want:?}, {got:?}"
+        );
+        assert!((s0 - s1).abs() < 1e-6, "{want:?}, {got:?}");
+    }
 }
