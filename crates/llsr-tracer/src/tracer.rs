@@ -167,6 +167,9 @@ impl Tracer {
     /// surface that merely touches an end does not count. Start from [`Hit::leave`]. If an end is not
     /// finite the answer is no.
     pub fn occluded(&self, from: DVec3, to: DVec3) -> bool {
+        if self.parts.is_empty() {
+            return false;
+        }
         self.level.run(Occluded {
             tracer: self,
             from,
@@ -193,6 +196,9 @@ impl Tracer {
     /// triangle is returned. No ray slips between triangles that share an edge. If anything is not finite
     /// (`t_max` may be infinite) nothing is hit.
     pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
+        if self.parts.is_empty() {
+            return None;
+        }
         self.level.run(ClosestHit {
             tracer: self,
             origin,
