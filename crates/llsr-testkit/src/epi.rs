@@ -1,0 +1,5 @@
+//! Oracles and synthetic input for the edge-and-point image. Nothing here uses `llsr-epi`.
+
+pub mod edge_sets;
+pub mod flood;
+pub mod windows;
