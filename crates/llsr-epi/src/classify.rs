@@ -19,7 +19,17 @@ pub(crate) const CROSSED: usize = 7;
 /// Number of planes.
 pub(crate) const CLASS_PLANES: usize = 8;
 
-/// For the 64 pixels from `x`: which have a crossing on each side, and which have more than one on some side.
+/// What classification asks of the bytes and words of 64 pixels: the part that SIMD modules replace.
+pub(crate) trait Masks {
+    /// Bit i is set if byte i is not zero.
+    fn nonzero(bytes: &[u8; 64]) -> u64;
+    /// Bit i is set if byte i has more than one bit set.
+    fn multiple(bytes: &[u8; 64]) -> u64;
+    /// Clears the edge codes; bit i of the result is set if pixel i has a sample.
+    fn clear_codes(words: &mut [u16; 64]) -> u64;
+}
+
+/// For 64 pixels: which have a crossing on each side, and which have more than one on some side.
 struct Sides {
     top: u64,
     right: u64,
@@ -29,7 +39,8 @@ struct Sides {
 }
 
 /// Classifies rows `first_row..` of a band: writes the edge codes into `words` and the class planes.
-pub(crate) fn classify(
+#[inline(always)]
+pub(crate) fn classify<M: Masks>(
     crossings: &Crossings,
     first_row: usize,
     words: &mut [u16],
@@ -44,12 +55,16 @@ pub(crate) fn classify(
         let plane_len = row.len() / CLASS_PLANES;
         for block in 0..stride / 64 {
             let x = block * 64;
-            let sides = Boundary {
-                top: &top[x..x + 64],
-                bottom: &bottom[x..x + 64],
-                left: &left[x..x + 65],
+            let boundary = Boundary {
+                top: array(&top[x..]),
+                right: array(&left[x + 1..]),
+                bottom: array(&bottom[x..]),
+                left: array(&left[x..]),
             };
-            let mut class = sides.classify(&mut words[x..x + 64]);
+            let Some(words) = words[x..].first_chunk_mut() else {
+                unreachable!("rows hold whole words")
+            };
+            let mut class = boundary.classify::<M>(words);
             if x + 64 > crossings.width {
                 let outside = outside_of_last_word(crossings.width);
                 class[COMPLEX] |= outside;
@@ -62,24 +77,30 @@ pub(crate) fn classify(
     }
 }
 
+/// The first 64 bytes.
+#[inline(always)]
+fn array(bytes: &[u8]) -> &[u8; 64] {
+    let Some(array) = bytes.first_chunk() else {
+        unreachable!("rows hold whole words")
+    };
+    array
+}
+
 /// The boundaries of 64 pixels in a row.
 struct Boundary<'a> {
-    top: &'a [u8],
-    bottom: &'a [u8],
-    /// 65 entries: the right side of a pixel is the left one of the next.
-    left: &'a [u8],
+    top: &'a [u8; 64],
+    right: &'a [u8; 64],
+    bottom: &'a [u8; 64],
+    left: &'a [u8; 64],
 }
 
 impl Boundary<'_> {
-    fn classify(&self, words: &mut [u16]) -> [u64; CLASS_PLANES] {
+    #[inline(always)]
+    fn classify<M: Masks>(&self, words: &mut [u16; 64]) -> [u64; CLASS_PLANES] {
         let mut class = [0; CLASS_PLANES];
-        let mut has_sample = 0u64;
-        for (i, word) in words.iter_mut().enumerate() {
-            *word &= !EdgeCode::BITS;
-            has_sample |= u64::from(*word >> SAMPLE_SHIFT & 1) << i;
-        }
+        let has_sample = M::clear_codes(words);
         class[HAS_SAMPLE] = has_sample;
-        let Some(sides) = self.sides() else {
+        let Some(sides) = self.sides::<M>() else {
             class[USABLE] = has_sample;
             return class;
         };
@@ -127,7 +148,7 @@ impl Boundary<'_> {
     ///
     /// The region that holds the sample is primary, without a usable sample the larger one (BWG03 section 5.1).
     fn edge(&self, i: usize, word: u16) -> (EdgeCode, bool) {
-        let mask = u32::from_le_bytes([self.top[i], self.left[i + 1], self.bottom[i], self.left[i]]);
+        let mask = u32::from_le_bytes([self.top[i], self.right[i], self.bottom[i], self.left[i]]);
         debug_assert_eq!(mask.count_ones(), 2, "a simple pixel has two crossings");
         let code = EdgeCode::from_segments(mask.trailing_zeros(), 31 - mask.leading_zeros());
         let sampled = word & SAMPLE != 0;
@@ -146,43 +167,65 @@ impl Boundary<'_> {
     }
 
     /// None if there is no crossing at all.
-    fn sides(&self) -> Option<Sides> {
-        let mut any = 0;
-        let mut sides = Sides {
-            top: 0,
-            right: 0,
-            bottom: 0,
-            left: 0,
-            multiple: 0,
-        };
-        for group in 0..8 {
-            let at = |bytes: &[u8], from: usize| {
-                let mut eight = [0; 8];
-                eight.copy_from_slice(&bytes[from..from + 8]);
-                u64::from_le_bytes(eight)
-            };
-            let first = 8 * group;
-            let four = [
-                at(self.top, first),
-                at(self.left, first + 1),
-                at(self.bottom, first),
-                at(self.left, first),
-            ];
-            let crossed = four[0] | four[1] | four[2] | four[3];
-            any |= crossed;
-            if crossed == 0 {
-                continue;
-            }
-            let [top, right, bottom, left] = four.map(|masks| nonzero_bytes(masks) << first);
-            sides.top |= top;
-            sides.right |= right;
-            sides.bottom |= bottom;
-            sides.left |= left;
-            let without_lowest = four.map(|masks| masks & decremented_bytes(masks));
-            let multiple = without_lowest[0] | without_lowest[1] | without_lowest[2] | without_lowest[3];
-            sides.multiple |= nonzero_bytes(multiple) << first;
+    #[inline(always)]
+    fn sides<M: Masks>(&self) -> Option<Sides> {
+        let (top, right) = (M::nonzero(self.top), M::nonzero(self.right));
+        let (bottom, left) = (M::nonzero(self.bottom), M::nonzero(self.left));
+        if top | right | bottom | left == 0 {
+            return None;
         }
-        (any != 0).then_some(sides)
+        let multiple = M::multiple(self.top)
+            | M::multiple(self.right)
+            | M::multiple(self.bottom)
+            | M::multiple(self.left);
+        Some(Sides {
+            top,
+            right,
+            bottom,
+            left,
+            multiple,
+        })
+    }
+}
+
+/// The form that runs anywhere.
+#[derive(Debug)]
+pub(crate) struct Portable;
+
+impl Portable {
+    /// Applies a function to eight bytes at a time and joins the eight bits that come out of each.
+    #[inline(always)]
+    fn by_eights(bytes: &[u8; 64], bits: impl Fn(u64) -> u64) -> u64 {
+        let (eights, _) = bytes.as_chunks::<8>();
+        eights
+            .iter()
+            .enumerate()
+            .fold(0, |all, (i, &eight)| match u64::from_le_bytes(eight) {
+                0 => all,
+                eight => all | bits(eight) << (8 * i),
+            })
+    }
+}
+
+impl Masks for Portable {
+    #[inline(always)]
+    fn nonzero(bytes: &[u8; 64]) -> u64 {
+        Self::by_eights(bytes, nonzero_bytes)
+    }
+
+    #[inline(always)]
+    fn multiple(bytes: &[u8; 64]) -> u64 {
+        Self::by_eights(bytes, |eight| nonzero_bytes(eight & decremented_bytes(eight)))
+    }
+
+    #[inline(always)]
+    fn clear_codes(words: &mut [u16; 64]) -> u64 {
+        let mut samples = 0;
+        for (i, word) in words.iter_mut().enumerate() {
+            *word &= !EdgeCode::BITS;
+            samples |= u64::from(*word >> SAMPLE_SHIFT & 1) << i;
+        }
+        samples
     }
 }
 

@@ -11,18 +11,19 @@
 use glam::Vec3;
 
 use crate::antialias::colour;
-use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED};
-use crate::classify::{decremented_bytes, nonzero_bytes};
+use crate::classify::{self, CLASS_PLANES, COMPLEX, CROSSED, HAS_SAMPLE, Masks};
+use crate::code::EdgeCode;
 use crate::colour::unpack_colour;
 use crate::crossings::Crossings;
+use crate::lanes::Lanes;
 use crate::patch::Patches;
 use crate::picture::Picture;
-use crate::pixels::{POSITION_SHIFT, Pixels, SAMPLE};
+use crate::pixels::{POSITION_SHIFT, Pixels};
 use crate::planes::Planes;
 use crate::tables;
 
 /// Regions of the four cells in the middle: lane 2 * cell + region.
-const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 /// All cells.
 const CELLS: u64 = 0x0000_3f3f_3f3f_3f3f;
 /// Columns 0 to 4, whose cells have one to the right.
@@ -31,11 +32,25 @@ const NOT_LAST_COLUMN: u64 = 0x0000_1f1f_1f1f_1f1f;
 const UPPER_LEFT: u64 = 0x0000_0015_0015_0015;
 /// The four cells in the middle, row by row.
 const MIDDLE: [u32; 4] = [18, 19, 26, 27];
-/// The 5x5 cells around each of them.
-const WINDOWS: [u64; 4] = [0x1f_1f1f_1f1f, 0x3e_3e3e_3e3e, 0x1f1f_1f1f_1f00, 0x3e3e_3e3e_3e00];
-/// Weight of the colour of each of the 3x3 pixels for each cell: falls by an eighth with the square of the distance, in pixels, from
+/// The 5x5 cells around that of each lane.
+const WINDOWS: [u64; LANES] = {
+    let [a, b, c, d] = [0x1f_1f1f_1f1f, 0x3e_3e3e_3e3e, 0x1f1f_1f1f_1f00, 0x3e3e_3e3e_3e00];
+    [a, a, b, b, c, c, d, d]
+};
+/// Weight of the colour of each of the 3x3 pixels for each lane: falls by an eighth with the square of the distance, in pixels, from
 /// the centre of the cell to that of the pixel. As peaked as the interpolation filter; the result hardly depends on it.
-const WEIGHTS: [[f32; 4]; 9] = weights();
+const WEIGHTS: [[f32; LANES]; 9] = weights();
+
+/// The parts that SIMD modules replace.
+pub(crate) trait Cells: Masks {
+    /// Lanes side by side.
+    type Lanes: Lanes;
+    /// Adds a lender's weighted colour and weight to the sums (red, green, blue, weight) of the lanes that reach it.
+    fn lend(reached: &Reached, lender: (u64, u64), colour: Vec3, weights: &[f32; LANES], sums: &mut Sums);
+}
+
+/// Weighted red, green, blue and weight of each lane.
+pub(crate) type Sums = [[f32; LANES]; 4];
 
 /// What complex filtering reads.
 #[derive(Clone, Copy, Debug)]
@@ -48,10 +63,10 @@ pub(crate) struct Source<'a> {
 
 /// Filters the complex pixels of some rows. `factor(x, y)` takes the colour of the sample in (x, y) to that of the picture.
 #[inline(always)]
-pub(crate) fn filter(
+pub(crate) fn filter<C: Cells, F: Fn(u32, u32) -> Vec3>(
     source: Source<'_>,
     rows: std::ops::Range<usize>,
-    factor: &impl Fn(u32, u32) -> Vec3,
+    factor: &F,
     patches: &mut Patches,
 ) {
     for y in rows {
@@ -61,7 +76,7 @@ pub(crate) fn filter(
             while complex != 0 {
                 let x = (word - 1) * 64 + complex.trailing_zeros() as usize;
                 complex &= complex - 1;
-                if let Some(found) = pixel(source, x, y, factor) {
+                if let Some(found) = pixel::<C>(source, x, y, factor) {
                     patches.push(y * source.pixels.stride + x, found);
                 }
             }
@@ -71,16 +86,20 @@ pub(crate) fn filter(
 
 /// The new colour of a complex pixel; none if it had none and reaches nothing.
 #[inline(always)]
-fn pixel(source: Source<'_>, x: usize, y: usize, factor: &impl Fn(u32, u32) -> Vec3) -> Option<Vec3> {
+fn pixel<C: Cells>(
+    source: Source<'_>,
+    x: usize,
+    y: usize,
+    factor: &impl Fn(u32, u32) -> Vec3,
+) -> Option<Vec3> {
     let sides = Sides::around(source.crossings, x, y);
-    let board = Board::new(&sides);
+    let board = Board::new::<C>(&sides);
     let (starts, shares) = middle(&board, &sides);
     if starts.iter().all(|&start| start == 0) {
         return None;
     }
-    let reached = spread(&board, &starts);
-    let (lenders, colours) = lenders(source, &board, &sides, x, y, factor);
-    let sums = gather(&reached, &lenders, &colours);
+    let reached = spread::<C::Lanes>(&board, &starts);
+    let sums = gather::<C>(source, &board, &sides, &reached, x, y, factor);
 
     let index = y * source.pixels.stride + x;
     let own = source
@@ -89,21 +108,25 @@ fn pixel(source: Source<'_>, x: usize, y: usize, factor: &impl Fn(u32, u32) -> V
         .row(y as isize)
         .bit(0, x as isize)
         .then(|| colour(source.picture, index));
-    let (mut total, mut share) = (Vec3::ZERO, 0.0);
-    let mut found = false;
-    for lane in 0..LANES {
+    // Without branches: which lanes reach something is hard to predict.
+    let (mut scales, mut share) = ([0.0; LANES], 0.0);
+    for (lane, scale) in scales.iter_mut().enumerate() {
         let weight = sums[3][lane];
-        if weight > 0.0 {
-            let scale = shares[lane] / weight;
-            total += Vec3::new(sums[0][lane], sums[1][lane], sums[2][lane]) * scale;
-            share += shares[lane];
-            found |= shares[lane] > 0.0;
-        }
+        let reached = if weight > 0.0 { shares[lane] } else { 0.0 };
+        *scale = reached / if weight > 0.0 { weight } else { 1.0 };
+        share += reached;
     }
+    let total = [0, 1, 2].map(|channel| {
+        (0..LANES)
+            .map(|lane| sums[channel][lane] * scales[lane])
+            .sum::<f32>()
+    });
+    let total = Vec3::from_array(total);
     match own {
+        _ if share == 0.0 => None,
         // What is still complex or reaches nothing keeps the simple interpolation.
-        Some(own) => found.then(|| total + own * (1.0 - share)),
-        None => found.then(|| total / share),
+        Some(own) => Some(total + own * (1.0 - share)),
+        None => Some(total / share),
     }
 }
 
@@ -165,7 +188,8 @@ impl Sides {
         sides
     }
 
-    /// Half-pixel edge code of a simple cell, lower segment first: the primary region of the tables is then region A.
+    /// Half-pixel edge code of a simple cell, lower segment first: the primary region of the tables is then region A. Any
+    /// number below 256 for other cells.
     #[inline(always)]
     fn code(&self, cell: u32) -> usize {
         let (row, column) = ((cell / 8) as usize, cell % 8);
@@ -174,8 +198,9 @@ impl Sides {
         let half = 4 * (row % 2);
         let side = |line: u32| (self.vertical[row / 2] >> (8 * line as usize + half) & 15) as u32;
         let mask = top | side(column + 1) << 4 | bottom << 8 | side(column) << 12;
-        debug_assert_eq!(mask.count_ones(), 2, "a simple cell has two crossings");
-        (mask.trailing_zeros() * 16 + 31 - mask.leading_zeros()) as usize
+        // The added bits are beyond or at the ends of those of a simple cell, and keep both numbers in range for others.
+        let (first, second) = ((mask | 1 << 15).trailing_zeros(), 31 - (mask | 1).leading_zeros());
+        (first * 16 + second) as usize
     }
 }
 
@@ -193,27 +218,25 @@ struct Board {
 
 impl Board {
     #[inline(always)]
-    fn new(sides: &Sides) -> Self {
-        let (mut lines, mut lines_multiple) = (0u64, 0u64);
+    fn new<M: Masks>(sides: &Sides) -> Self {
+        // The half bytes of each line, one to a byte, so that the masks of bytes come out as boards. Whether a half byte stays in the
+        // upper half of its byte does not matter to the question how many bits are set.
+        let (mut horizontal, mut vertical) = ([0; 64], [0; 64]);
         for (line, &masks) in sides.horizontal.iter().enumerate() {
-            let (crossed, multiple) = halves(masks);
-            lines |= crossed << (8 * line);
-            lines_multiple |= multiple << (8 * line);
+            let m = u64::from(masks & 0xff | (masks & 0xff00) << 8) | u64::from(masks & 0xff_0000) << 16;
+            let halves = (m | m << 8) & 0xf00f_f00f_f00f;
+            horizontal[8 * line..8 * line + 8].copy_from_slice(&halves.to_le_bytes());
         }
-        let (top, bottom) = (lines & CELLS, lines >> 8 & CELLS);
-        let mut multiple = (lines_multiple | lines_multiple >> 8) & CELLS;
-        let (mut left, mut right) = (0u64, 0u64);
         for (row, &masks) in sides.vertical.iter().enumerate() {
-            for half in 0..2 {
-                let masks = masks >> (4 * half) & 0x0f0f_0f0f_0f0f_0f0f;
-                let crossed = nonzero_bytes(masks);
-                let several = nonzero_bytes(masks & decremented_bytes(masks));
-                let place = 16 * row + 8 * half;
-                left |= (crossed & 0x3f) << place;
-                right |= (crossed >> 1) << place;
-                multiple |= ((several | several >> 1) & 0x3f) << place;
-            }
+            let (upper, lower) = (masks & 0x000f_0f0f_0f0f_0f0f, masks & 0x00f0_f0f0_f0f0_f0f0);
+            vertical[16 * row..16 * row + 8].copy_from_slice(&upper.to_le_bytes());
+            vertical[16 * row + 8..16 * row + 16].copy_from_slice(&lower.to_le_bytes());
         }
+        let (lines, columns) = (M::nonzero(&horizontal), M::nonzero(&vertical));
+        let (many_lines, many_columns) = (M::multiple(&horizontal), M::multiple(&vertical));
+        let (top, bottom) = (lines & CELLS, lines >> 8 & CELLS);
+        let (left, right) = (columns & CELLS, columns >> 1 & CELLS);
+        let multiple = (many_lines | many_lines >> 8 | many_columns | many_columns >> 1) & CELLS;
         let (low_a, high_a, low_b, high_b) = (top ^ right, top & right, bottom ^ left, bottom & left);
         let two = (high_a & !low_b & !high_b) | (high_b & !low_a & !high_a) | (low_a & low_b);
         let simple = two & !multiple;
@@ -252,130 +275,167 @@ impl Board {
     }
 }
 
-/// For the six half bytes of three pixels: which have a bit set, and which more than one.
-#[inline(always)]
-fn halves(masks: u32) -> (u64, u64) {
-    // Spread bytes to every other byte, then half bytes to bytes.
-    let m = u64::from(masks & 0xff | (masks & 0xff00) << 8) | u64::from(masks & 0xff_0000) << 16;
-    let m = (m | m << 4) & 0x0f0f_0f0f_0f0f_0f0f;
-    (nonzero_bytes(m), nonzero_bytes(m & decremented_bytes(m)))
-}
-
 /// Start boards of the eight lanes and their shares of the pixel.
 #[inline(always)]
 fn middle(board: &Board, sides: &Sides) -> ([u64; LANES], [f32; LANES]) {
     let (mut starts, mut shares) = ([0; LANES], [0.0; LANES]);
     for (i, cell) in MIDDLE.into_iter().enumerate() {
-        let bit = 1u64 << cell;
-        if board.complex & bit != 0 {
-            continue;
-        }
-        starts[2 * i] = bit;
-        shares[2 * i] = 0.25;
-        if board.simple & bit != 0 {
-            starts[2 * i + 1] = bit;
-            let a_share = f32::from(tables::HALF_AREA[sides.code(cell)]) / 512.0;
-            shares[2 * i] = 0.25 * a_share;
-            shares[2 * i + 1] = 0.25 * (1.0 - a_share);
-        }
+        // Without branches, as above; the code of a cell that is not simple means nothing, and is not used.
+        let simple = board.simple >> cell & 1;
+        let free = !board.complex >> cell & 1;
+        let area = f32::from(tables::HALF_AREA[sides.code(cell)]) / 512.0;
+        let a_share = if simple != 0 { area } else { 1.0 };
+        starts[2 * i] = free << cell;
+        starts[2 * i + 1] = simple << cell;
+        shares[2 * i] = if free != 0 { 0.25 * a_share } else { 0.0 };
+        shares[2 * i + 1] = 0.25 * (1.0 - a_share);
     }
     (starts, shares)
 }
 
 /// What the lanes reach: boards of regions A and B.
-struct Reached {
-    a: [u64; LANES],
-    b: [u64; LANES],
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reached {
+    pub(crate) a: [u64; LANES],
+    pub(crate) b: [u64; LANES],
 }
 
 /// Spreads from the starts over links that lead away from them, up to two cells in each direction.
 #[inline(always)]
-fn spread(board: &Board, starts: &[u64; LANES]) -> Reached {
-    let mut reached = Reached {
-        a: [0; LANES],
-        b: [0; LANES],
+fn spread<W: Lanes>(board: &Board, starts: &[u64; LANES]) -> Reached {
+    // Even lanes start in region A, odd ones in region B.
+    let [a0, b0, a1, b1, a2, b2, a3, b3] = *starts;
+    let starts = Reached {
+        a: [a0, 0, a1, 0, a2, 0, a3, 0],
+        b: [0, b0, 0, b1, 0, b2, 0, b3],
     };
-    let [raa, rab, rba, rbb] = board.right;
-    let [daa, dab, dba, dbb] = board.down;
-    for lane in 0..LANES {
-        let window = WINDOWS[lane / 2];
-        let (start_a, start_b) = if lane % 2 == 0 {
-            (starts[lane], 0)
-        } else {
-            (0, starts[lane])
-        };
-        let (mut all_a, mut all_b) = (start_a, start_b);
-        // Four quadrants; in each, four steps reach its far corner.
-        for quadrant in 0..4 {
-            let (mut a, mut b) = (start_a, start_b);
-            for _ in 0..4 {
-                let (beside_a, beside_b) = if quadrant & 1 == 0 {
-                    ((a & raa | b & rba) << 1, (a & rab | b & rbb) << 1)
-                } else {
-                    // Backwards over the links: the cells whose link leads to a reached region.
-                    let (a, b) = (a >> 1, b >> 1);
-                    (a & raa | b & rab, a & rba | b & rbb)
-                };
-                let (beyond_a, beyond_b) = if quadrant & 2 == 0 {
-                    ((a & daa | b & dba) << 8, (a & dab | b & dbb) << 8)
-                } else {
-                    let (a, b) = (a >> 8, b >> 8);
-                    (a & daa | b & dab, a & dba | b & dbb)
-                };
-                a |= (beside_a | beyond_a) & window;
-                b |= (beside_b | beyond_b) & window;
-            }
-            all_a |= a;
-            all_b |= b;
-        }
-        reached.a[lane] = all_a;
-        reached.b[lane] = all_b;
+    let mut reached = starts;
+    let links = Links {
+        right: board.right.map(W::splat),
+        down: board.down.map(W::splat),
+    };
+    for lane in (0..LANES).step_by(W::WORDS) {
+        let window = W::load(&WINDOWS, lane);
+        let start = (W::load(&starts.a, lane), W::load(&starts.b, lane));
+        let quadrants = [
+            links.quadrant::<true, true>(start, window),
+            links.quadrant::<true, false>(start, window),
+            links.quadrant::<false, true>(start, window),
+            links.quadrant::<false, false>(start, window),
+        ];
+        let [p, q, r, s] = quadrants;
+        p.0.or(q.0).or(r.0.or(s.0)).store(&mut reached.a, lane);
+        p.1.or(q.1).or(r.1.or(s.1)).store(&mut reached.b, lane);
     }
     reached
 }
 
-/// Boards of the regions through which each of the 3x3 pixels lends its colour.
-type Lenders = [(u64, u64); 9];
+/// The links of a board, for all lanes: A to A, A to B, B to A, B to B.
+struct Links<W> {
+    right: [W; 4],
+    down: [W; 4],
+}
 
-/// The cells and colours of the 3x3 pixels.
+impl<W: Lanes> Links<W> {
+    /// Regions A and B reached in one quadrant; four steps lead to its far corner.
+    #[inline(always)]
+    fn quadrant<const RIGHT: bool, const DOWN: bool>(&self, start: (W, W), window: W) -> (W, W) {
+        let (mut a, mut b) = start;
+        for _ in 0..4 {
+            let beside = if RIGHT {
+                let (a, b) = forward(&self.right, a, b);
+                (a.up::<1>(), b.up::<1>())
+            } else {
+                backward(&self.right, a.down::<1>(), b.down::<1>())
+            };
+            let beyond = if DOWN {
+                let (a, b) = forward(&self.down, a, b);
+                (a.up::<8>(), b.up::<8>())
+            } else {
+                backward(&self.down, a.down::<8>(), b.down::<8>())
+            };
+            a = a.or(beside.0.or(beyond.0).and(window));
+            b = b.or(beside.1.or(beyond.1).and(window));
+        }
+        (a, b)
+    }
+}
+
+/// What the regions lead to over links, at the place of the cells that are left.
 #[inline(always)]
-fn lenders(
+fn forward<W: Lanes>([aa, ab, ba, bb]: &[W; 4], a: W, b: W) -> (W, W) {
+    (a.and(*aa).or(b.and(*ba)), a.and(*ab).or(b.and(*bb)))
+}
+
+/// The regions from which links lead to regions a and b, all at the place of the cells that are reached.
+#[inline(always)]
+fn backward<W: Lanes>([aa, ab, ba, bb]: &[W; 4], a: W, b: W) -> (W, W) {
+    (a.and(*aa).or(b.and(*ab)), a.and(*ba).or(b.and(*bb)))
+}
+
+/// Adds up what the 3x3 pixels lend to the lanes that reach them.
+#[inline(always)]
+fn gather<C: Cells>(
     source: Source<'_>,
     board: &Board,
     sides: &Sides,
+    reached: &Reached,
     x: usize,
     y: usize,
     factor: &impl Fn(u32, u32) -> Vec3,
-) -> (Lenders, [Vec3; 9]) {
-    let Source { pixels, picture, .. } = source;
-    let mut lenders = [(0, 0); 9];
-    let mut colours = [Vec3::ZERO; 9];
-    for (i, (lender, lent)) in lenders.iter_mut().zip(&mut colours).enumerate() {
-        let (px, py) = ((x + i % 3).wrapping_sub(1), (y + i / 3).wrapping_sub(1));
-        if px >= pixels.width || py >= pixels.height {
-            continue;
-        }
-        let index = py * pixels.stride + px;
-        let word = pixels.words[index];
-        let first_cell = 16 * (i / 3) + 2 * (i % 3);
-        let corners = tables::CORNERS[usize::from(word & crate::code::EdgeCode::BITS)];
-        if corners != 0b1111 {
-            if picture.coloured.row(py as isize).bit(0, px as isize) {
-                // Cells at primary corners; the corners go round, the cells row by row.
-                let c = u64::from(!corners);
-                let cells = (c & 1 | c & 2 | (c & 8) << 5 | (c & 4) << 7) << first_cell;
-                *lender = (cells & !board.outer_b, cells & board.outer_b);
-                *lent = colour(picture, index);
-            }
-        } else if word & SAMPLE != 0 {
-            let position = u32::from(word >> POSITION_SHIFT & 15);
-            let (column, row) = (position % 4, position / 4);
-            let cell = first_cell as u32 + 8 * (row / 2) + column / 2;
-            *lender = sample_region(board, sides, cell, 2 * (row % 2) + column % 2);
-            *lent = unpack_colour(pixels.colours[index]) * factor(px as u32, py as u32);
-        }
+) -> Sums {
+    let Source {
+        pixels,
+        classes,
+        picture,
+        ..
+    } = source;
+    // Bits 3 * row + column of the pixels that lend their colour, and of the complex ones that lend a sample's.
+    let (mut colours, mut samples) = (0u32, 0u32);
+    for row in 0..3 {
+        let class = classes.row((y + row) as isize - 1);
+        let coloured = picture.coloured.row((y + row) as isize - 1).plane(0);
+        let complex = three_bits(class.plane(COMPLEX), x);
+        colours |= (three_bits(coloured, x) & !complex) << (3 * row);
+        samples |= (three_bits(class.plane(HAS_SAMPLE), x) & complex) << (3 * row);
     }
-    (lenders, colours)
+    let mut sums = [[0.0; LANES]; 4];
+    let (mut colours, mut samples) = (u64::from(colours), u64::from(samples));
+    while colours != 0 {
+        let i = colours.trailing_zeros() as usize;
+        colours &= colours - 1;
+        let index = (y + i / 3 - 1) * pixels.stride + x + i % 3 - 1;
+        let code = usize::from(pixels.words[index] & EdgeCode::BITS);
+        // The cells at primary corners; the corners go round, the cells row by row.
+        let c = u64::from(!tables::CORNERS[code]);
+        let cells = (c & 1 | c & 2 | (c & 8) << 5 | (c & 4) << 7) << (16 * (i / 3) + 2 * (i % 3));
+        let lender = (cells & !board.outer_b, cells & board.outer_b);
+        C::lend(reached, lender, colour(picture, index), &WEIGHTS[i], &mut sums);
+    }
+    while samples != 0 {
+        let i = samples.trailing_zeros() as usize;
+        samples &= samples - 1;
+        let (px, py) = (x + i % 3 - 1, y + i / 3 - 1);
+        let index = py * pixels.stride + px;
+        let position = u32::from(pixels.words[index] >> POSITION_SHIFT & 15);
+        let (column, row) = (position % 4, position / 4);
+        let cell = (16 * (i / 3) + 2 * (i % 3)) as u32 + 8 * (row / 2) + column / 2;
+        let lender = sample_region(board, sides, cell, 2 * (row % 2) + column % 2);
+        let colour = unpack_colour(pixels.colours[index]) * factor(px as u32, py as u32);
+        C::lend(reached, lender, colour, &WEIGHTS[i], &mut sums);
+    }
+    sums
+}
+
+/// The bits of pixels x - 1, x and x + 1 of a plane with guards.
+#[inline(always)]
+fn three_bits(plane: &[u64], x: usize) -> u32 {
+    // Pixel x - 1 is bit x + 63 of the row, which begins with a guard word.
+    let first = x + 63;
+    let (word, bit) = (first / 64, first % 64);
+    // The word beyond matters for the last two bits only; two shifts, for one by 64 would be none.
+    let bits = plane[word] >> bit | (plane[word + 1] << 1) << (63 - bit);
+    bits as u32 & 7
 }
 
 /// The region of a cell in which the sample at `position` (row * 2 + column) of it lies; none if complex or ambiguous.
@@ -395,36 +455,37 @@ fn sample_region(board: &Board, sides: &Sides, cell: u32, position: u32) -> (u64
     }
 }
 
-/// Weighted red, green, blue and weight of each lane.
-#[inline(always)]
-fn gather(reached: &Reached, lenders: &Lenders, colours: &[Vec3; 9]) -> [[f32; LANES]; 4] {
-    let mut sums = [[0.0; LANES]; 4];
-    for (i, (&(a, b), colour)) in lenders.iter().zip(colours).enumerate() {
+/// The form that runs anywhere.
+impl Cells for classify::Portable {
+    type Lanes = u64;
+
+    #[inline(always)]
+    fn lend(reached: &Reached, (a, b): (u64, u64), colour: Vec3, weights: &[f32; LANES], sums: &mut Sums) {
         for lane in 0..LANES {
             let hit = reached.a[lane] & a | reached.b[lane] & b;
-            let weight = if hit != 0 { WEIGHTS[i][lane / 2] } else { 0.0 };
+            let weight = if hit != 0 { weights[lane] } else { 0.0 };
             sums[0][lane] += weight * colour.x;
             sums[1][lane] += weight * colour.y;
             sums[2][lane] += weight * colour.z;
             sums[3][lane] += weight;
         }
     }
-    sums
 }
 
 /// 8^-(squared distance), by the distances that occur: offsets of a quarter, three quarters and five quarters along each axis.
-const fn weights() -> [[f32; 4]; 9] {
+const fn weights() -> [[f32; LANES]; 9] {
     // 8^-(1/16), 8^-(9/16), 8^-(25/16).
     const ALONG: [f32; 3] = [0.878_126_1, 0.310_464_45, 0.038_808_06];
-    let mut weights = [[0.0; 4]; 9];
+    let mut weights = [[0.0; LANES]; 9];
     let mut pixel = 0;
     while pixel < 9 {
-        let mut cell = 0;
-        while cell < 4 {
+        let mut lane = 0;
+        while lane < LANES {
+            let cell = lane / 2;
             let x = along(pixel % 3, cell % 2);
             let y = along(pixel / 3, cell / 2);
-            weights[pixel][cell] = ALONG[x] * ALONG[y];
-            cell += 1;
+            weights[pixel][lane] = ALONG[x] * ALONG[y];
+            lane += 1;
         }
         pixel += 1;
     }

@@ -65,28 +65,24 @@ impl Crossings {
     pub(crate) fn bands_mut(&mut self, rows: usize) -> impl Iterator<Item = BandCrossings<'_>> {
         let rows = rows.max(1);
         let (width, height, lines, stride) = (self.width, self.height, self.lines, self.stride);
-        let border = lines * height * stride;
-        let (inner, last_line) = self.horizontal.split_at_mut(border);
-        let mut last_line = Some(last_line);
-        inner
-            .chunks_mut(rows * lines * stride)
-            .zip(self.vertical.chunks_mut(rows * lines * (stride + 1)))
-            .enumerate()
-            .map(move |(i, (horizontal, vertical))| {
-                let first_row = i * rows;
-                let end_row = (first_row + rows).min(height);
-                let last = if end_row == height { last_line.take() } else { None };
-                BandCrossings {
-                    width,
-                    lines,
-                    stride,
-                    first_row,
-                    end_row,
-                    horizontal,
-                    border: last,
-                    vertical,
-                }
-            })
+        let mut horizontal = self.horizontal.as_mut_slice();
+        let vertical = self.vertical.chunks_mut(rows * lines * (stride + 1));
+        vertical.enumerate().map(move |(i, vertical)| {
+            let first_row = i * rows;
+            let end_row = (first_row + rows).min(height);
+            let border = usize::from(end_row == height);
+            let count = ((end_row - first_row) * lines + border) * stride;
+            let band = horizontal.split_off_mut(..count).unwrap_or_default();
+            BandCrossings {
+                width,
+                lines,
+                stride,
+                first_row,
+                end_row,
+                horizontal: band,
+                vertical,
+            }
+        })
     }
 }
 
@@ -98,10 +94,8 @@ pub(crate) struct BandCrossings<'a> {
     pub(crate) stride: usize,
     pub(crate) first_row: usize,
     pub(crate) end_row: usize,
-    /// Horizontal lines of the rows, from the one above the first.
+    /// Horizontal lines of the rows, from the one above the first; in the last band also the lower border of the picture.
     pub(crate) horizontal: &'a mut [u8],
-    /// The lower border of the picture, in the last band only.
-    pub(crate) border: Option<&'a mut [u8]>,
     pub(crate) vertical: &'a mut [u8],
 }
 
@@ -109,8 +103,5 @@ impl BandCrossings<'_> {
     pub(crate) fn clear(&mut self) {
         self.horizontal.fill(0);
         self.vertical.fill(0);
-        if let Some(border) = &mut self.border {
-            border.fill(0);
-        }
     }
 }

@@ -7,7 +7,7 @@ pub(crate) const UNITS: i32 = 256;
 /// Width in pixels of the frame round the picture to which edges are clipped.
 ///
 /// It is wide enough for clipping and snapping to leave every crossing in the picture where it was.
-const FRAME: f64 = 2.0;
+pub(crate) const FRAME: i32 = 2;
 /// Depth key of an edge whose depth is not known: in front of everything.
 const NEAREST: f32 = -1e30;
 
@@ -44,13 +44,10 @@ pub struct ScreenSegment {
 pub struct EdgeList {
     width: u32,
     height: u32,
-    pub(crate) x0: Vec<i32>,
-    pub(crate) y0: Vec<i32>,
-    pub(crate) x1: Vec<i32>,
-    pub(crate) y1: Vec<i32>,
+    /// x and y of one end, x and y of the other, in grid units.
+    pub(crate) ends: Vec<[i32; 4]>,
     /// Depth keys of the ends: -1 / depth, which grows with the depth and is linear on the screen.
-    pub(crate) key0: Vec<f32>,
-    pub(crate) key1: Vec<f32>,
+    pub(crate) keys: Vec<[f32; 2]>,
 }
 
 impl EdgeList {
@@ -70,46 +67,59 @@ impl EdgeList {
 
     /// Drops all edges and keeps the memory.
     pub fn clear(&mut self) {
-        for array in [&mut self.x0, &mut self.y0, &mut self.x1, &mut self.y1] {
-            array.clear();
-        }
-        self.key0.clear();
-        self.key1.clear();
+        self.ends.clear();
+        self.keys.clear();
     }
 
     /// Number of edges kept: those with a part in or next to the picture.
     pub fn len(&self) -> usize {
-        self.x0.len()
+        self.ends.len()
     }
 
     /// True if no edge was kept.
     pub fn is_empty(&self) -> bool {
-        self.x0.is_empty()
+        self.ends.is_empty()
     }
 
     /// Adds a projected edge; parts outside the picture are cut off, one that is not finite is left out.
+    #[inline]
     pub fn push(&mut self, segment: ScreenSegment) {
-        let (a, b) = (segment.a.as_dvec2(), segment.b.as_dvec2());
-        if !(a.is_finite() && b.is_finite()) {
-            return;
+        let ScreenSegment {
+            a,
+            b,
+            depth_a,
+            depth_b,
+        } = segment;
+        let frame = FRAME as f32;
+        let (far_x, far_y) = (self.width as f32 + frame, self.height as f32 + frame);
+        let in_frame = |p: Vec2| p.x >= -frame && p.y >= -frame && p.x <= far_x && p.y <= far_y;
+        let (a64, b64) = (a.as_dvec2().to_array(), b.as_dvec2().to_array());
+        if in_frame(a) && in_frame(b) {
+            self.push_snapped(a64, b64, keys(depth_a, depth_b));
+        } else if a.is_finite() && b.is_finite() {
+            self.push_cut(a64, b64, keys(depth_a, depth_b));
         }
-        let (key_a, key_b) = (depth_key(segment.depth_a), depth_key(segment.depth_b));
-        let (key_a, key_b) = if key_a.min(key_b) <= NEAREST {
-            (NEAREST, NEAREST)
-        } else {
-            (key_a, key_b)
-        };
-        let (far_x, far_y) = (f64::from(self.width) + FRAME, f64::from(self.height) + FRAME);
+    }
+
+    /// Cuts an edge to the frame.
+    #[cold]
+    fn push_cut(&mut self, a: [f64; 2], b: [f64; 2], [key_a, key_b]: [f32; 2]) {
+        let frame = f64::from(FRAME);
+        let (far_x, far_y) = (f64::from(self.width) + frame, f64::from(self.height) + frame);
         let planes = [
-            (a.x + FRAME, b.x + FRAME),
-            (far_x - a.x, far_x - b.x),
-            (a.y + FRAME, b.y + FRAME),
-            (far_y - a.y, far_y - b.y),
+            (a[0] + frame, b[0] + frame),
+            (far_x - a[0], far_x - b[0]),
+            (a[1] + frame, b[1] + frame),
+            (far_y - a[1], far_y - b[1]),
         ];
         let Some((from, to)) = inside(&planes) else { return };
-        let at = |t: f64| a + (b - a) * t;
+        // Up to rounding in the frame; lines from far away are only as exact as f64.
+        let at = |t: f64| {
+            let [x, y] = [0, 1].map(|i| a[i] + (b[i] - a[i]) * t);
+            [x.clamp(-frame, far_x), y.clamp(-frame, far_y)]
+        };
         let key_at = |t: f64| key_a + (key_b - key_a) * t as f32;
-        self.push_snapped(at(from).to_array(), at(to).to_array(), key_at(from), key_at(to));
+        self.push_snapped(at(from), at(to), [key_at(from), key_at(to)]);
     }
 
     /// Adds many projected edges.
@@ -130,16 +140,16 @@ impl EdgeList {
         self.reserve(segments.len());
         let width = f64::from(self.width);
         let height = f64::from(self.height);
+        let frame = f64::from(FRAME);
         let (frame_x, frame_y) = (
-            (1.0 + 2.0 * FRAME / width) as f32,
-            (1.0 + 2.0 * FRAME / height) as f32,
+            (1.0 + 2.0 * frame / width) as f32,
+            (1.0 + 2.0 * frame / height) as f32,
         );
         let in_frame = |c: Vec4| c.x.abs() <= frame_x * c.w && c.y.abs() <= frame_y * c.w && c.w > 0.0;
         for &[a, b] in segments {
             let (a, b) = (*view_projection * a.extend(1.0), *view_projection * b.extend(1.0));
             if in_frame(a) && in_frame(b) {
-                let (key_a, key_b) = (depth_key(a.w), depth_key(b.w));
-                self.push_snapped(self.screen(a), self.screen(b), key_a, key_b);
+                self.push_snapped(self.screen(a), self.screen(b), keys(a.w, b.w));
             } else {
                 self.push_clipped(a, b, f64::from(frame_x), f64::from(frame_y));
             }
@@ -147,11 +157,8 @@ impl EdgeList {
     }
 
     fn reserve(&mut self, count: usize) {
-        for array in [&mut self.x0, &mut self.y0, &mut self.x1, &mut self.y1] {
-            array.reserve(count);
-        }
-        self.key0.reserve(count);
-        self.key1.reserve(count);
+        self.ends.reserve(count);
+        self.keys.reserve(count);
     }
 
     /// Position in pixels of a point in clip space with w > 0.
@@ -191,28 +198,32 @@ impl EdgeList {
                 (1.0 - y) * 0.5 * f64::from(self.height),
             ]
         });
-        let keys = ends.map(|c| depth_key(c.w as f32));
-        self.push_snapped(screen[0], screen[1], keys[0], keys[1]);
+        self.push_snapped(screen[0], screen[1], keys(ends[0].w as f32, ends[1].w as f32));
     }
 
     /// Adds an edge whose ends lie in the frame.
-    fn push_snapped(&mut self, a: [f64; 2], b: [f64; 2], key_a: f32, key_b: f32) {
-        let snap = |v: f64| (v * f64::from(UNITS)).round() as i32;
-        self.x0.push(snap(a[0]));
-        self.y0.push(snap(a[1]));
-        self.x1.push(snap(b[0]));
-        self.y1.push(snap(b[1]));
-        self.key0.push(key_a);
-        self.key1.push(key_b);
+    #[inline]
+    fn push_snapped(&mut self, a: [f64; 2], b: [f64; 2], keys: [f32; 2]) {
+        self.ends.push([snap(a[0]), snap(a[1]), snap(b[0]), snap(b[1])]);
+        self.keys.push(keys);
     }
 }
 
-/// -1 / depth; [`NEAREST`] if the depth is not positive or not a number.
-fn depth_key(depth: f32) -> f32 {
-    if depth > 0.0 {
-        (-1.0 / depth).max(NEAREST)
+/// Pixels to grid units, to the nearest, for numbers below 2^31 / 256.
+#[inline]
+fn snap(pixels: f64) -> i32 {
+    // At this size one unit in the last place of an f64 is 1, so the sum holds the rounded integer in its low bits.
+    const ROUND: f64 = (3u64 << 51) as f64;
+    (pixels * f64::from(UNITS) + ROUND).to_bits() as i32
+}
+
+/// The depth keys of an edge; both [`NEAREST`] if one is.
+#[inline]
+fn keys(depth_a: f32, depth_b: f32) -> [f32; 2] {
+    if depth_a > 0.0 && depth_b > 0.0 {
+        [-1.0 / depth_a, -1.0 / depth_b].map(|key| key.max(NEAREST))
     } else {
-        NEAREST
+        [NEAREST; 2]
     }
 }
 

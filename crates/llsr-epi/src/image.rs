@@ -2,11 +2,11 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::classify::{self, CLASS_PLANES, COMPLEX, CROSSED};
+use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED};
 use crate::code::{EdgeCode, PixelClass};
 use crate::crossings::Crossings;
 use crate::edges::EdgeList;
-use crate::interpolate::{self, InterpolateScratch, Portable, Source};
+use crate::interpolate::{InterpolateScratch, Source};
 use crate::kernel::Kernel;
 use crate::occlusion::{DepthLimits, Occlusion};
 use crate::patch::Patches;
@@ -14,6 +14,7 @@ use crate::picture::Picture;
 use crate::pixels::{Pixels, Point, Sample};
 use crate::planes::Planes;
 use crate::reach::{self, REACH_PLANES, ReachScratch};
+use crate::simd::{self, Level};
 use crate::{antialias, complex, fill, raster};
 
 /// Largest width and height.
@@ -93,6 +94,7 @@ pub struct Scratch {
 #[derive(Clone, Debug)]
 pub struct EdgePointImage {
     settings: Settings,
+    level: Level,
     crossings: Crossings,
     pixels: Pixels,
     classes: Planes<CLASS_PLANES>,
@@ -105,6 +107,16 @@ pub struct EdgePointImage {
 impl EdgePointImage {
     /// An image without edges and samples, of `width` x `height` pixels, each in 1..=[`MAX_SIZE`].
     pub fn new(width: u32, height: u32, settings: Settings) -> Result<Self, SizeError> {
+        Self::with_level(width, height, settings, Level::detect())
+    }
+
+    /// As [`new`](Self::new), with a level that the CPU must have.
+    pub(crate) fn with_level(
+        width: u32,
+        height: u32,
+        settings: Settings,
+        level: Level,
+    ) -> Result<Self, SizeError> {
         if width == 0 || height == 0 {
             return Err(SizeError::Zero);
         }
@@ -116,6 +128,7 @@ impl EdgePointImage {
         classes.fill_outside(COMPLEX, w);
         Ok(Self {
             settings,
+            level,
             crossings: Crossings::new(w, h, settings.half_lines),
             pixels: Pixels::new(w, h),
             classes,
@@ -173,7 +186,7 @@ impl EdgePointImage {
             "the edges were clipped to a picture of another size"
         );
         if let Some(occlusion) = occlusion {
-            self.limits.update(&self.pixels, occlusion);
+            simd::update_limits(self.level, &mut self.limits, &self.pixels, occlusion);
         }
         let limits = occlusion.map(|_| &self.limits);
         for mut band in self.crossings.bands_mut(self.pixels.height) {
@@ -222,7 +235,13 @@ impl EdgePointImage {
     pub fn classify(&mut self) {
         let height = self.pixels.height;
         for mut planes in self.classes.bands_mut(height) {
-            classify::classify(&self.crossings, 0, &mut self.pixels.words, &mut planes);
+            simd::classify(
+                self.level,
+                &self.crossings,
+                0,
+                &mut self.pixels.words,
+                &mut planes,
+            );
         }
     }
 
@@ -230,7 +249,8 @@ impl EdgePointImage {
     pub fn reach(&mut self) {
         let (width, height) = (self.pixels.width, self.pixels.height);
         for mut band in self.reach.bands_mut(height) {
-            reach::reach::<u64>(
+            simd::reach(
+                self.level,
                 &self.classes,
                 width,
                 (0, height),
@@ -255,7 +275,7 @@ impl EdgePointImage {
         };
         let height = self.pixels.height;
         for mut band in picture.bands_mut(height) {
-            interpolate::interpolate::<Portable>(source, &mut self.scratch.interpolate, &mut band);
+            simd::interpolate(self.level, source, &mut self.scratch.interpolate, &mut band);
         }
     }
 
@@ -312,7 +332,13 @@ impl EdgePointImage {
             classes: &self.classes,
             picture,
         };
-        complex::filter(source, 0..self.pixels.height, &factor, &mut self.patches);
+        simd::filter_complex(
+            self.level,
+            source,
+            0..self.pixels.height,
+            &factor,
+            &mut self.patches,
+        );
         picture.apply(&self.patches);
     }
 

@@ -4,78 +4,69 @@
 //! are kept. Sixteen pixels at a time take one of two ways: where no window has an edge the filter runs as two passes
 //! of five taps, elsewhere as 24 taps under the masks of reachability.
 
-use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED, USABLE};
+use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED, HAS_SAMPLE, USABLE};
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
 use crate::picture::{PictureBand, UNREACHED};
 use crate::pixels::{Pixels, SAMPLE_SHIFT};
-use crate::planes::{PlaneRow, Planes};
+use crate::planes::{Planes, outside_of_last_word};
 use crate::reach::{FORWARD, REACH_PLANES};
 
 /// Pixels handled at once.
 pub(crate) const BLOCK: usize = 16;
-/// Words of 64 pixels in a tile: what keeps five rows of it in the first-level cache.
+/// Words of 64 pixels in a tile: five rows of it and what is made of them fit the first-level cache.
 const TILE_WORDS: usize = 4;
-const TILE: usize = TILE_WORDS * 64;
+pub(crate) const TILE: usize = TILE_WORDS * 64;
 /// Pixels on each side of the tile that its windows look at, a whole block of them.
-const MARGIN: usize = BLOCK;
+pub(crate) const MARGIN: usize = BLOCK;
 /// Red, green, blue, and 1 where there is a sample.
-const CHANNELS: usize = 4;
+pub(crate) const CHANNELS: usize = 4;
 /// Floats of one unpacked row.
-const ROW: usize = TILE + 2 * MARGIN;
+pub(crate) const ROW: usize = TILE + 2 * MARGIN;
 
-/// One row of the tile.
+/// One row of a tile with margins, channel by channel.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-pub(crate) struct TileRow {
-    /// Unpacked samples with margins.
-    pub(crate) raw: [[f32; ROW]; CHANNELS],
-    /// The same after the horizontal filter, for windows without edges.
-    pub(crate) across: [[f32; TILE]; CHANNELS],
-}
+pub(crate) struct TileRow(pub(crate) [[f32; ROW]; CHANNELS]);
 
-/// Scratch memory of [`interpolate`]: the last five rows.
+/// Scratch memory of [`interpolate`].
 #[derive(Clone, Debug)]
 pub(crate) struct InterpolateScratch {
+    /// The unpacked samples of the last five rows.
     rows: Box<[TileRow; 5]>,
+    /// The same after the vertical filter, for windows without edges.
+    down: Box<TileRow>,
 }
 
 impl Default for InterpolateScratch {
     fn default() -> Self {
-        let row = TileRow {
-            raw: [[0.0; ROW]; CHANNELS],
-            across: [[0.0; TILE]; CHANNELS],
-        };
+        let row = TileRow([[0.0; ROW]; CHANNELS]);
         Self {
             rows: Box::new(std::array::from_fn(|_| row.clone())),
+            down: Box::new(row),
         }
     }
 }
 
-/// Sums of one block: weighted red, green, blue, and weight.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(crate) struct Sums(pub(crate) [[f32; BLOCK]; CHANNELS]);
-
 /// Masks of a word of 64 pixels for the 25 taps of the window in scan order.
 pub(crate) type TapMasks = [u64; 25];
 
-/// The parts that SIMD modules replace.
+/// The parts that SIMD modules replace. Columns count from the left end of the margin.
 pub(crate) trait Blocks {
-    /// Words of a bit plane handled at once.
-    type Lanes: Lanes;
-    /// Unpacks 16 pixels into `raw[..][at..]`.
-    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], raw: &mut [[f32; ROW]; CHANNELS], at: usize);
-    /// Horizontal filter of the 16 pixels at column `x` of the tile.
-    fn across(row: &mut TileRow, x: usize, taps: [f32; 3]);
-    /// Vertical filter of the 16 pixels at column `x` of the tile.
-    fn down(rows: [&TileRow; 5], x: usize, taps: [f32; 3]) -> Sums;
-    /// All 25 taps, each under 16 bits of its mask from bit `shift`.
-    fn masked(rows: [&TileRow; 5], x: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Sums;
+    /// Sums of one block: weighted red, green, blue, and weight.
+    type Sums: Copy;
+    /// Unpacks 16 pixels into `row` from column `at`.
+    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize);
+    /// Vertical filter of the 16 pixels from column `at`.
+    fn down(rows: [&TileRow; 5], at: usize, taps: [f32; 3], out: &mut TileRow);
+    /// Horizontal filter of the 16 pixels from column `at`.
+    fn across(row: &TileRow, at: usize, taps: [f32; 3]) -> Self::Sums;
+    /// All 25 taps for the 16 pixels from column `at`, each under 16 bits of its mask from bit `shift`.
+    fn masked(rows: [&TileRow; 5], at: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Self::Sums;
     /// Divides by the weight, turns it into a priority and stores both; returns the bits of pixels with a colour.
     ///
     /// `own` has the bits of pixels with a sample of their own. Pixels without any get `fallback`.
-    fn finish(sums: &Sums, own: u16, out: Output<'_>, scale: f32, fallback: [f32; 3]) -> u16;
+    fn finish(sums: Self::Sums, own: u16, out: Output<'_>, scale: f32, fallback: [f32; 3]) -> u16;
 }
 
 /// Where a block goes.
@@ -105,19 +96,47 @@ pub(crate) fn interpolate<B: Blocks>(
     band: &mut PictureBand<'_>,
 ) {
     let words = source.classes.words;
+    let InterpolateScratch { rows, down } = scratch;
     for first_word in (0..words).step_by(TILE_WORDS) {
         let tile = first_word..(first_word + TILE_WORDS).min(words);
         for y in band.first_row as isize - 2..band.first_row as isize + 2 {
-            load_row::<B>(source, tile.clone(), y, &mut scratch.rows);
+            load_row::<B>(source, tile.clone(), y, rows);
         }
         for y in band.first_row..band.end_row {
-            load_row::<B>(source, tile.clone(), y as isize + 2, &mut scratch.rows);
-            let rows = std::array::from_fn(|i| &scratch.rows[slot(y as isize + i as isize - 2)]);
-            for word in tile.clone() {
-                word_of_pixels::<B>(source, rows, (word, first_word), y, band);
+            load_row::<B>(source, tile.clone(), y as isize + 2, rows);
+            let rows = std::array::from_fn(|i| &rows[slot(y as isize + i as isize - 2)]);
+            let mut near = [0; TILE_WORDS];
+            for (near, word) in near.iter_mut().zip(tile.clone()) {
+                *near = near_edges(source.classes, word + 1, y);
+            }
+            let near = &near[..tile.len()];
+            if near.iter().any(|&near| near != u64::MAX) {
+                for at in (0..tile.len() * 64 + 2 * MARGIN).step_by(BLOCK) {
+                    B::down(rows, at, source.kernel.taps, down);
+                }
+            }
+            for (i, (word, &near)) in tile.clone().zip(near).enumerate() {
+                let windows = Windows {
+                    rows,
+                    down,
+                    near,
+                    at: MARGIN + 64 * i,
+                };
+                word_of_pixels::<B>(source, windows, word, y, band);
             }
         }
     }
+}
+
+/// What the windows of a word of pixels need.
+#[derive(Clone, Copy)]
+struct Windows<'a> {
+    rows: [&'a TileRow; 5],
+    down: &'a TileRow,
+    /// Bits of the pixels with an edge in their window.
+    near: u64,
+    /// Column of the word in the rows.
+    at: usize,
 }
 
 /// Rows live in slots by their number.
@@ -125,21 +144,19 @@ fn slot(y: isize) -> usize {
     y.rem_euclid(5) as usize
 }
 
-/// Unpacks and filters one row of a tile; a row outside the picture has no samples.
+/// Unpacks one row of a tile; a row outside the picture has no samples.
 #[inline(always)]
 fn load_row<B: Blocks>(source: Source<'_>, tile: std::ops::Range<usize>, y: isize, rows: &mut [TileRow; 5]) {
-    let Source { pixels, kernel, .. } = source;
+    let pixels = source.pixels;
     let row = &mut rows[slot(y)];
     if y < 0 || y >= pixels.height as isize {
-        row.raw = [[0.0; ROW]; CHANNELS];
-        row.across = [[0.0; TILE]; CHANNELS];
+        row.0 = [[0.0; ROW]; CHANNELS];
         return;
     }
     let start = y as usize * pixels.stride;
     let words = &pixels.words[start..start + pixels.stride];
     let colours = &pixels.colours[start..start + pixels.stride];
-    let columns = tile.len() * 64;
-    for at in (0..columns + 2 * MARGIN).step_by(BLOCK) {
+    for at in (0..tile.len() * 64 + 2 * MARGIN).step_by(BLOCK) {
         // The column in the picture, plus the margin.
         let x = tile.start * 64 + at;
         let block = x.checked_sub(MARGIN).and_then(|x| {
@@ -148,15 +165,12 @@ fn load_row<B: Blocks>(source: Source<'_>, tile: std::ops::Range<usize>, y: isiz
             Some((words, colours))
         });
         match block {
-            Some((words, colours)) => B::unpack(words, colours, &mut row.raw, at),
+            Some((words, colours)) => B::unpack(words, colours, row, at),
             None => row
-                .raw
+                .0
                 .iter_mut()
                 .for_each(|channel| channel[at..at + BLOCK].fill(0.0)),
         }
-    }
-    for x in (0..columns).step_by(BLOCK) {
-        B::across(row, x, kernel.taps);
     }
 }
 
@@ -164,27 +178,28 @@ fn load_row<B: Blocks>(source: Source<'_>, tile: std::ops::Range<usize>, y: isiz
 #[inline(always)]
 fn word_of_pixels<B: Blocks>(
     source: Source<'_>,
-    rows: [&TileRow; 5],
-    (word, first_word): (usize, usize),
+    windows: Windows<'_>,
+    word: usize,
     y: usize,
     band: &mut PictureBand<'_>,
 ) {
-    let near = near_edges(source.classes, word + 1, y);
     let class = source.classes.row(y as isize);
-    let own = class.plane(crate::classify::HAS_SAMPLE)[word + 1]
-        & (class.plane(USABLE)[word + 1] | class.plane(COMPLEX)[word + 1]);
-    let mut masks = None;
+    let own =
+        class.plane(HAS_SAMPLE)[word + 1] & (class.plane(USABLE)[word + 1] | class.plane(COMPLEX)[word + 1]);
+    let masks = if windows.near == 0 {
+        [0; 25]
+    } else {
+        tap_masks(source, word + 1, y)
+    };
     let mut coloured = 0u64;
     // Weight of a pixel without a sample of its own whose other 24 are all there, to the priority 1.
     let scale = 253.0 / (1.0 - source.kernel.weight(0, 0));
-    for block in 0..64 / BLOCK {
-        let shift = block * BLOCK;
-        let x = (word - first_word) * 64 + shift;
-        let sums = if (near >> shift) as u16 == 0 {
-            B::down(rows, x, source.kernel.taps)
+    for shift in (0..64).step_by(BLOCK) {
+        let at = windows.at + shift;
+        let sums = if (windows.near >> shift) as u16 == 0 {
+            B::across(windows.down, at, source.kernel.taps)
         } else {
-            let masks = masks.get_or_insert_with(|| tap_masks(source, word + 1, y));
-            B::masked(rows, x, masks, shift, &source.kernel)
+            B::masked(windows.rows, at, &masks, shift, &source.kernel)
         };
         let start = (y - band.first_row) * band.stride + word * 64 + shift;
         let out = Output {
@@ -193,8 +208,11 @@ fn word_of_pixels<B: Blocks>(
             blue: block_mut(band.blue, start),
             priority: block_mut(band.priority, start),
         };
-        let bits = B::finish(&sums, (own >> shift) as u16, out, scale, source.fallback);
+        let bits = B::finish(sums, (own >> shift) as u16, out, scale, source.fallback);
         coloured |= u64::from(bits) << shift;
+    }
+    if word + 1 == source.classes.words {
+        coloured &= !outside_of_last_word(source.pixels.width);
     }
     band.coloured.row_mut(y - band.first_row)[word + 1] = coloured;
 }
@@ -232,31 +250,14 @@ fn tap_masks(source: Source<'_>, at: usize, y: usize) -> TapMasks {
     masks[12] = class(0).plane(USABLE)[at] | complex;
     for (plane, (dx, dy)) in FORWARD.into_iter().enumerate() {
         let forward = source.reach.row(y as isize).plane(plane)[at];
-        let usable = load_at(class(dy).plane(USABLE), at, dx);
+        let usable = u64::load_beside(class(dy).plane(USABLE), at, dx);
         masks[13 + plane] = forward & usable | complex;
         // The opposite neighbour holds the bit of the pair.
-        let backward = load_at(reach_row(source, y as isize - dy).plane(plane), at, -dx);
-        let usable = load_at(class(-dy).plane(USABLE), at, -dx);
+        let backward = u64::load_beside(source.reach.row(y as isize - dy).plane(plane), at, -dx);
+        let usable = u64::load_beside(class(-dy).plane(USABLE), at, -dx);
         masks[11 - plane] = backward & usable | complex;
     }
     masks
-}
-
-#[inline(always)]
-fn reach_row(source: Source<'_>, y: isize) -> PlaneRow<'_, REACH_PLANES> {
-    source.reach.row(y)
-}
-
-/// Bit x holds pixel x + dx.
-#[inline(always)]
-fn load_at(plane: &[u64], at: usize, dx: isize) -> u64 {
-    match dx {
-        -2 => u64::load_left_2(plane, at),
-        -1 => u64::load_left_1(plane, at),
-        0 => plane[at],
-        1 => u64::load_right_1(plane, at),
-        _ => u64::load_right_2(plane, at),
-    }
 }
 
 /// The form that runs anywhere.
@@ -264,54 +265,54 @@ fn load_at(plane: &[u64], at: usize, dx: isize) -> u64 {
 pub(crate) struct Portable;
 
 impl Blocks for Portable {
-    type Lanes = u64;
+    type Sums = [[f32; BLOCK]; CHANNELS];
 
     #[inline(always)]
-    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], raw: &mut [[f32; ROW]; CHANNELS], at: usize) {
+    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {
+        let [red, green, blue, present] = &mut row.0;
         for i in 0..BLOCK {
             let colour = crate::colour::unpack_colour(colours[i]);
-            raw[0][at + i] = colour.x;
-            raw[1][at + i] = colour.y;
-            raw[2][at + i] = colour.z;
-            raw[3][at + i] = f32::from(words[i] >> SAMPLE_SHIFT & 1);
+            red[at + i] = colour.x;
+            green[at + i] = colour.y;
+            blue[at + i] = colour.z;
+            present[at + i] = f32::from(words[i] >> SAMPLE_SHIFT & 1);
         }
     }
 
     #[inline(always)]
-    fn across(row: &mut TileRow, x: usize, [centre, near, far]: [f32; 3]) {
-        for (raw, across) in row.raw.iter().zip(&mut row.across) {
-            let raw = &raw[x + MARGIN - 2..x + MARGIN + BLOCK + 2];
-            for (i, across) in across[x..x + BLOCK].iter_mut().enumerate() {
-                *across =
-                    centre * raw[i + 2] + near * (raw[i + 1] + raw[i + 3]) + far * (raw[i] + raw[i + 4]);
+    fn down(rows: [&TileRow; 5], at: usize, [centre, near, far]: [f32; 3], out: &mut TileRow) {
+        for (channel, out) in out.0.iter_mut().enumerate() {
+            let r = rows.map(|row| &row.0[channel][at..at + BLOCK]);
+            for (i, out) in out[at..at + BLOCK].iter_mut().enumerate() {
+                *out = centre * r[2][i] + near * (r[1][i] + r[3][i]) + far * (r[0][i] + r[4][i]);
             }
         }
     }
 
     #[inline(always)]
-    fn down(rows: [&TileRow; 5], x: usize, [centre, near, far]: [f32; 3]) -> Sums {
-        let mut sums = Sums([[0.0; BLOCK]; CHANNELS]);
-        for (channel, sums) in sums.0.iter_mut().enumerate() {
-            let r = rows.map(|row| &row.across[channel][x..x + BLOCK]);
-            for i in 0..BLOCK {
-                sums[i] = centre * r[2][i] + near * (r[1][i] + r[3][i]) + far * (r[0][i] + r[4][i]);
+    fn across(row: &TileRow, at: usize, [centre, near, far]: [f32; 3]) -> Self::Sums {
+        let mut sums = [[0.0; BLOCK]; CHANNELS];
+        for (row, sums) in row.0.iter().zip(&mut sums) {
+            let r = &row[at - 2..at + BLOCK + 2];
+            for (i, sum) in sums.iter_mut().enumerate() {
+                *sum = centre * r[i + 2] + near * (r[i + 1] + r[i + 3]) + far * (r[i] + r[i + 4]);
             }
         }
         sums
     }
 
     #[inline(always)]
-    fn masked(rows: [&TileRow; 5], x: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Sums {
-        let mut sums = Sums([[0.0; BLOCK]; CHANNELS]);
+    fn masked(rows: [&TileRow; 5], at: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Self::Sums {
+        let mut sums = [[0.0; BLOCK]; CHANNELS];
         for (tap, &mask) in masks.iter().enumerate() {
             let bits = (mask >> shift) as u16;
             let (dx, row) = (tap % 5, tap / 5);
             let weight = kernel.weight(dx as isize - 2, row as isize - 2);
             let weights: [f32; BLOCK] = std::array::from_fn(|i| f32::from(bits >> i & 1) * weight);
-            for (channel, sums) in sums.0.iter_mut().enumerate() {
-                let raw = &rows[row].raw[channel][x + MARGIN + dx - 2..][..BLOCK];
+            for (row, sums) in rows[row].0.iter().zip(&mut sums) {
+                let row = &row[at + dx - 2..][..BLOCK];
                 for i in 0..BLOCK {
-                    sums[i] += weights[i] * raw[i];
+                    sums[i] += weights[i] * row[i];
                 }
             }
         }
@@ -319,8 +320,8 @@ impl Blocks for Portable {
     }
 
     #[inline(always)]
-    fn finish(sums: &Sums, own: u16, out: Output<'_>, scale: f32, fallback: [f32; 3]) -> u16 {
-        let [red, green, blue, weight] = &sums.0;
+    fn finish(sums: Self::Sums, own: u16, out: Output<'_>, scale: f32, fallback: [f32; 3]) -> u16 {
+        let [red, green, blue, weight] = &sums;
         let mut coloured = 0;
         for i in 0..BLOCK {
             if weight[i] > 0.0 {

@@ -13,6 +13,8 @@ pub(crate) trait Lanes: Copy {
     fn store(self, plane: &mut [u64], at: usize);
     /// All bits set.
     fn ones() -> Self;
+    /// The same word everywhere.
+    fn splat(word: u64) -> Self;
     /// Bitwise and.
     fn and(self, other: Self) -> Self;
     /// Bitwise or.
@@ -24,36 +26,24 @@ pub(crate) trait Lanes: Copy {
     /// In each word, bits move `K` places down.
     fn down<const K: u32>(self) -> Self;
 
-    /// Bits of the pixels one place to the right of those of words `at..`: bit x holds pixel x + 1.
+    /// Words `at..` of the plane shifted: bit x holds pixel x + dx, for dx in -2..=2. Meant for constant dx.
     #[inline(always)]
-    fn load_right_1(plane: &[u64], at: usize) -> Self {
-        Self::load(plane, at)
-            .down::<1>()
-            .or(Self::load(plane, at + 1).up::<63>())
-    }
-
-    /// Bit x holds pixel x + 2.
-    #[inline(always)]
-    fn load_right_2(plane: &[u64], at: usize) -> Self {
-        Self::load(plane, at)
-            .down::<2>()
-            .or(Self::load(plane, at + 1).up::<62>())
-    }
-
-    /// Bit x holds pixel x - 1.
-    #[inline(always)]
-    fn load_left_1(plane: &[u64], at: usize) -> Self {
-        Self::load(plane, at)
-            .up::<1>()
-            .or(Self::load(plane, at - 1).down::<63>())
-    }
-
-    /// Bit x holds pixel x - 2.
-    #[inline(always)]
-    fn load_left_2(plane: &[u64], at: usize) -> Self {
-        Self::load(plane, at)
-            .up::<2>()
-            .or(Self::load(plane, at - 1).down::<62>())
+    fn load_beside(plane: &[u64], at: usize, dx: isize) -> Self {
+        match dx {
+            -2 => Self::load(plane, at)
+                .up::<2>()
+                .or(Self::load(plane, at - 1).down::<62>()),
+            -1 => Self::load(plane, at)
+                .up::<1>()
+                .or(Self::load(plane, at - 1).down::<63>()),
+            0 => Self::load(plane, at),
+            1 => Self::load(plane, at)
+                .down::<1>()
+                .or(Self::load(plane, at + 1).up::<63>()),
+            _ => Self::load(plane, at)
+                .down::<2>()
+                .or(Self::load(plane, at + 1).up::<62>()),
+        }
     }
 }
 
@@ -73,6 +63,11 @@ impl Lanes for u64 {
     #[inline(always)]
     fn ones() -> Self {
         u64::MAX
+    }
+
+    #[inline(always)]
+    fn splat(word: u64) -> Self {
+        word
     }
 
     #[inline(always)]

@@ -52,6 +52,7 @@ mod pixels;
 mod planes;
 mod raster;
 mod reach;
+mod simd;
 mod tables;
 
 pub use code::{EdgeCode, PixelClass, Reachability, RegionSide};

@@ -1,7 +1,7 @@
 //! Conservative depth limits from the samples, to cull hidden edges (BWG03 section 4.5).
 
 use crate::colour::unpack_depth;
-use crate::pixels::{Pixels, SAMPLE};
+use crate::pixels::{Pixels, SAMPLE_SHIFT};
 
 /// How careful occlusion culling is.
 ///
@@ -31,9 +31,25 @@ pub(crate) struct DepthLimits {
     width: usize,
     height: usize,
     keys: Vec<f32>,
-    /// Scratch of one row: largest depth code and number of samples in a column of four.
-    column_depth: Vec<u16>,
-    column_count: Vec<u16>,
+    /// Scratch: for four rows, by their number modulo 4, the largest depth code and the number of samples in four columns.
+    rows: [Row; 4],
+    /// Scratch of one row with padding: depth codes and presence.
+    padded: Row,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Row {
+    depth: Vec<u16>,
+    count: Vec<u16>,
+}
+
+impl Row {
+    fn resize(&mut self, len: usize) {
+        for plane in [&mut self.depth, &mut self.count] {
+            plane.clear();
+            plane.resize(len, 0);
+        }
+    }
 }
 
 impl DepthLimits {
@@ -47,39 +63,72 @@ impl DepthLimits {
     ///
     /// The window of four by four pixels reaches two pixels to the left and up and one to the right and down: it lies
     /// evenly about the upper left corner, and so about the boundaries that the pixel owns.
+    #[inline(always)]
     pub(crate) fn update(&mut self, pixels: &Pixels, occlusion: Occlusion) {
-        let (width, height, stride) = (pixels.width, pixels.height, pixels.stride);
+        let (width, height) = (pixels.width, pixels.height);
         (self.width, self.height) = (width, height);
-        self.keys.clear();
         self.keys.resize(width * height, 0.0);
+        self.rows.iter_mut().for_each(|row| row.resize(width));
         // Two columns of padding on the left, one on the right, all without samples.
-        self.column_depth.clear();
-        self.column_depth.resize(width + 3, 0);
-        self.column_count.clear();
-        self.column_count.resize(width + 3, 0);
-        let base = 1.0 + occlusion.slack.max(0.0) - occlusion.sparse_slack.max(0.0);
-        let growth = 16.0 * occlusion.sparse_slack.max(0.0);
+        self.padded.resize(width + 3);
+        let sparse = occlusion.sparse_slack.max(0.0);
+        let base = 1.0 + occlusion.slack.max(0.0) - sparse;
+        self.load(pixels, 0);
         for y in 0..height {
-            self.column_depth.fill(0);
-            self.column_count.fill(0);
-            for row in y.saturating_sub(2)..(y + 2).min(height) {
-                let words = &pixels.words[row * stride..][..width];
-                let cache = &pixels.cache[row * stride..][..width];
-                let depth = &mut self.column_depth[2..width + 2];
-                let count = &mut self.column_count[2..width + 2];
-                for x in 0..width {
-                    // The cache word of a pixel without a sample is 0.
-                    depth[x] = depth[x].max((cache[x] >> 16) as u16);
-                    count[x] += (words[x] & SAMPLE) / SAMPLE;
-                }
-            }
-            let (d, c) = (&self.column_depth[..width + 3], &self.column_count[..width + 3]);
+            self.load(pixels, y + 1);
+            let [a, b, c, d] = &self.rows;
+            let depths = [
+                &a.depth[..width],
+                &b.depth[..width],
+                &c.depth[..width],
+                &d.depth[..width],
+            ];
+            let counts = [
+                &a.count[..width],
+                &b.count[..width],
+                &c.count[..width],
+                &d.count[..width],
+            ];
             for (x, key) in self.keys[y * width..][..width].iter_mut().enumerate() {
-                let depth = d[x].max(d[x + 1]).max(d[x + 2]).max(d[x + 3]);
-                let count = c[x] + c[x + 1] + c[x + 2] + c[x + 3];
-                let far = unpack_depth(depth) * (base + growth / f32::from(count));
-                *key = if count == 0 { f32::INFINITY } else { -1.0 / far };
+                let depth = depths[0][x].max(depths[1][x]).max(depths[2][x]).max(depths[3][x]);
+                let count = f32::from(counts[0][x] + counts[1][x] + counts[2][x] + counts[3][x]);
+                // -1 / (depth * (base + 16 * sparse / count)).
+                let limit = -count / (unpack_depth(depth) * (base * count + 16.0 * sparse));
+                *key = if count == 0.0 { f32::INFINITY } else { limit };
             }
+        }
+    }
+
+    /// Filters row `y` across and puts it into its slot; a row below the picture has no samples.
+    #[inline(always)]
+    fn load(&mut self, pixels: &Pixels, y: usize) {
+        let (width, start) = (pixels.width, y * pixels.stride);
+        let row = &mut self.rows[y % 4];
+        if y >= pixels.height {
+            row.resize(width);
+            return;
+        }
+        let (words, cache) = (
+            &pixels.words[start..start + width],
+            &pixels.cache[start..start + width],
+        );
+        let depth = &mut self.padded.depth[2..width + 2];
+        for (depth, cache) in depth.iter_mut().zip(cache) {
+            // The cache word of a pixel without a sample is 0.
+            *depth = (cache >> 16) as u16;
+        }
+        let count = &mut self.padded.count[2..width + 2];
+        for (count, word) in count.iter_mut().zip(words) {
+            *count = word >> SAMPLE_SHIFT & 1;
+        }
+        let (d, c) = (&self.padded.depth[..width + 3], &self.padded.count[..width + 3]);
+        for (x, (depth, count)) in row.depth[..width]
+            .iter_mut()
+            .zip(&mut row.count[..width])
+            .enumerate()
+        {
+            *depth = d[x].max(d[x + 1]).max(d[x + 2]).max(d[x + 3]);
+            *count = c[x] + c[x + 1] + c[x + 2] + c[x + 3];
         }
     }
 }

@@ -7,122 +7,120 @@
 //! exact, so neighbouring pixels never disagree and an edge that leaves one pixel enters the next.
 
 use crate::crossings::BandCrossings;
-use crate::edges::{EdgeList, UNITS};
+use crate::edges::{EdgeList, FRAME, UNITS};
 use crate::occlusion::DepthLimits;
 
 /// Grid units in an eighth of a pixel.
-const EIGHTH: i64 = UNITS as i64 / 8;
+const EIGHTH: f64 = UNITS as f64 / 8.0;
+/// Added to coordinates to make them positive, in grid units and in eighths.
+const SHIFT: i32 = FRAME * UNITS;
+const SHIFT_EIGHTHS: i64 = FRAME as i64 * 8;
 
 /// Marks the crossings of all edges with the lines of one band. `clear` the band first.
 pub(crate) fn mark(edges: &EdgeList, limits: Option<&DepthLimits>, band: &mut BandCrossings<'_>) {
-    let spacing_shift = if band.lines == 2 { 7 } else { 8 };
-    // Grid rows that the band's lines can meet; the border line belongs to the last band.
-    let top = band.first_row as i32 * UNITS;
-    let bottom = band.end_row as i32 * UNITS;
-    for i in 0..edges.len() {
-        let edge = Edge::new(edges, i);
-        let (low, high) = (edge.y0.min(edge.y1), edge.y0.max(edge.y1));
+    match (limits, band.lines) {
+        (None, 1) => mark_all::<8>(edges, |_, _, _, _| false, band),
+        (None, _) => mark_all::<7>(edges, |_, _, _, _| false, band),
+        (Some(limits), lines) => {
+            let hidden = |i: usize, t: f64, x: usize, y: usize| {
+                let [key, end] = edges.keys[i];
+                key + (end - key) * t as f32 > limits.at(x, y)
+            };
+            if lines == 1 {
+                mark_all::<8>(edges, hidden, band);
+            } else {
+                mark_all::<7>(edges, hidden, band);
+            }
+        }
+    }
+}
+
+/// `SPACING` is the binary logarithm of the distance between lines; `hidden` gets an edge, the parameter of the crossing and its pixel.
+#[inline(always)]
+fn mark_all<const SPACING: u32>(
+    edges: &EdgeList,
+    hidden: impl Fn(usize, f64, usize, usize) -> bool,
+    band: &mut BandCrossings<'_>,
+) {
+    let lines = (UNITS >> SPACING) as usize;
+    let (first_row, end_row) = (band.first_row, band.end_row);
+    let (stride, width) = (band.stride, band.width);
+    let (top, bottom) = ((first_row as i32) * UNITS, (end_row as i32) * UNITS);
+    let first_line = (first_row * lines) as i32;
+    let end_line = first_line + (band.horizontal.len() / stride) as i32;
+    let end_column = (width * lines) as i32 + 1;
+    for (i, &[x0, y0, x1, y1]) in edges.ends.iter().enumerate() {
+        let (low, high) = (y0.min(y1), y0.max(y1));
         if high < top || low > bottom {
             continue;
         }
-        edge.mark_horizontal(spacing_shift, limits, band);
-        edge.mark_vertical(spacing_shift, limits, band);
+        // A line is crossed if one end lies above it (left of it) and the other on it or beyond.
+        let rows = ((low >> SPACING) + 1).max(first_line)..((high >> SPACING) + 1).min(end_line);
+        if !rows.is_empty() {
+            // The step to the right leads away from a border between eighths to the right: round down.
+            let crossing = Crossing::new((y0, x0), (y1, x1), 0.5);
+            for line in rows {
+                let (t, eighth) = crossing.at(line << SPACING);
+                let (x, row) = ((eighth >> 3) as usize, line as usize / lines);
+                if x < width && !hidden(i, t, x, row) {
+                    band.horizontal[(line - first_line) as usize * stride + x] |= 1 << (eighth & 7);
+                }
+            }
+        }
+        let columns = ((x0.min(x1) >> SPACING) + 1).max(0)..((x0.max(x1) >> SPACING) + 1).min(end_column);
+        if !columns.is_empty() {
+            // The step to the right moves the crossing up where y grows with x, which outweighs the smaller step down.
+            let up = (x1 > x0) == (y1 > y0) && y0 != y1;
+            let crossing = Crossing::new((x0, y0), (x1, y1), if up { -0.5 } else { 0.5 });
+            for line in columns {
+                let (t, eighth) = crossing.at(line << SPACING);
+                let (y, x) = ((eighth >> 3) as usize, line as usize / lines);
+                if y >= first_row && y < end_row && !hidden(i, t, x.min(width - 1), y) {
+                    let row = (y - first_row) * lines + line as usize % lines;
+                    band.vertical[row * (stride + 1) + x] |= 1 << (eighth & 7);
+                }
+            }
+        }
     }
 }
 
-/// One edge with what its crossings need.
-struct Edge {
-    x0: i32,
-    y0: i32,
-    x1: i32,
-    y1: i32,
-    key: f32,
-    key_step: f32,
+/// Where an edge crosses lines across one axis, as a position along the other.
+struct Crossing {
+    from: f64,
+    /// 1 / |distance of the ends across the lines|.
+    inverse: f64,
+    /// Numerator of the position at `from`, rounding included, and its growth with the distance from there.
+    start: f64,
+    slope: f64,
+    /// Signed 1 / distance.
+    step: f64,
 }
 
-impl Edge {
-    fn new(edges: &EdgeList, i: usize) -> Self {
+impl Crossing {
+    /// Ends as (position across the lines, position along them). `rounding` is 1/2 to round down, -1/2 to round what lies on a
+    /// border to the eighth below.
+    ///
+    /// All sums and products are integers (and a half) below 2^47 and so exact in f64. The quotient differs from a whole number, if
+    /// it is none, by at least 2^-28, and is off by less than 2^-34, so rounding down is exact, too.
+    #[inline(always)]
+    fn new((across0, along0): (i32, i32), (across1, along1): (i32, i32), rounding: f64) -> Self {
+        let distance = f64::from(across1 - across0);
+        let inverse = 1.0 / distance.abs();
+        let slope = f64::from(along1 - along0);
         Self {
-            x0: edges.x0[i],
-            y0: edges.y0[i],
-            x1: edges.x1[i],
-            y1: edges.y1[i],
-            key: edges.key0[i],
-            key_step: edges.key1[i] - edges.key0[i],
+            from: f64::from(across0),
+            inverse: inverse * (1.0 / EIGHTH),
+            start: f64::from(along0 + SHIFT) * distance.abs() + rounding,
+            slope: if distance < 0.0 { -slope } else { slope },
+            step: if distance < 0.0 { -inverse } else { inverse },
         }
     }
 
-    fn hidden(&self, limits: Option<&DepthLimits>, t: f32, x: usize, y: usize) -> bool {
-        limits.is_some_and(|limits| self.key + self.key_step * t > limits.at(x, y))
+    /// The parameter of the crossing with a line and its position in eighths of a pixel; positions before the picture are negative.
+    #[inline(always)]
+    fn at(&self, line: i32) -> (f64, i64) {
+        let along = f64::from(line) - self.from;
+        let eighth = (self.start + along * self.slope) * self.inverse;
+        (along * self.step, eighth as i64 - SHIFT_EIGHTHS)
     }
-
-    fn mark_horizontal(&self, shift: u32, limits: Option<&DepthLimits>, band: &mut BandCrossings<'_>) {
-        let lines = band.lines;
-        let first_line = (band.first_row * lines) as i32;
-        let end_line = (band.end_row * lines) as i32 + i32::from(band.border.is_some());
-        // A line y is crossed if one end lies above it and the other on or below it.
-        let from = ((self.y0.min(self.y1) >> shift) + 1).max(first_line);
-        let to = ((self.y0.max(self.y1) >> shift) + 1).min(end_line);
-        let (dx, dy) = (i64::from(self.x1 - self.x0), i64::from(self.y1 - self.y0));
-        for line in from..to {
-            let along = i64::from((line << shift) - self.y0);
-            // The step to the right leads out of a border between eighths to the right: round down.
-            let eighth = floor_div(i64::from(self.x0) * dy + along * dx, EIGHTH * dy);
-            let x = eighth >> 3;
-            if x < 0 || x >= band.width as i64 {
-                continue;
-            }
-            let (x, row) = (x as usize, line as usize / lines);
-            if self.hidden(limits, along as f32 / dy as f32, x, row) {
-                continue;
-            }
-            let bit = 1 << (eighth & 7);
-            let index = (line - first_line) as usize * band.stride + x;
-            match &mut band.border {
-                Some(border) if row == band.end_row => border[x] |= bit,
-                _ => band.horizontal[index] |= bit,
-            }
-        }
-    }
-
-    fn mark_vertical(&self, shift: u32, limits: Option<&DepthLimits>, band: &mut BandCrossings<'_>) {
-        let lines = band.lines;
-        let (first_row, end_row) = (band.first_row as i64, band.end_row as i64);
-        let from = ((self.x0.min(self.x1) >> shift) + 1).max(0);
-        let to = ((self.x0.max(self.x1) >> shift) + 1).min((band.width * lines) as i32 + 1);
-        let (dx, dy) = (i64::from(self.x1 - self.x0), i64::from(self.y1 - self.y0));
-        // The step to the right moves the crossing up where y grows with x, which then outweighs the step downwards.
-        let up = i64::from((dx > 0) == (dy > 0) && dy != 0);
-        for line in from..to {
-            let along = i64::from((line << shift) - self.x0);
-            let (numerator, denominator) = (i64::from(self.y0) * dx + along * dy, EIGHTH * dx);
-            let numerator = if denominator < 0 { -numerator } else { numerator };
-            let eighth = floor_div(numerator - up, denominator.abs());
-            let y = eighth >> 3;
-            if y < first_row || y >= end_row {
-                continue;
-            }
-            let x = line as usize / lines;
-            if self.hidden(
-                limits,
-                along as f32 / dx as f32,
-                x.min(band.width - 1),
-                y as usize,
-            ) {
-                continue;
-            }
-            let row = (y - first_row) as usize * lines + line as usize % lines;
-            band.vertical[row * (band.stride + 1) + x] |= 1 << (eighth & 7);
-        }
-    }
-}
-
-/// Quotient rounded down, for any signs.
-fn floor_div(numerator: i64, denominator: i64) -> i64 {
-    let (n, d) = if denominator < 0 {
-        (-numerator, -denominator)
-    } else {
-        (numerator, denominator)
-    };
-    n.div_euclid(d)
 }

@@ -107,14 +107,14 @@ pub(crate) fn reach<W: Lanes>(
 /// Everything is reachable but what lies outside the picture on the left and on the right.
 fn fill_free(out: &mut [u64], at: usize, count: usize, words: usize, width: usize) {
     let len = words + 2;
-    for at in at..at + count {
-        let border = at == 1 || at + 1 >= words;
-        for (plane, (dx, _)) in FORWARD.into_iter().enumerate() {
-            out[plane * len + at] = if border {
-                inside(at, 0, width) & inside(at, dx, width)
-            } else {
-                u64::MAX
-            };
+    for (plane, (dx, _)) in FORWARD.into_iter().enumerate() {
+        let plane = &mut out[plane * len..][..len];
+        plane[at..at + count].fill(u64::MAX);
+        // The words at both ends, and the last but one where the last holds less than the window sees.
+        for border in [1, words.max(2) - 1, words] {
+            if (at..at + count).contains(&border) {
+                plane[border] = inside(border, 0, width) & inside(border, dx, width);
+            }
         }
     }
 }
@@ -130,35 +130,34 @@ fn inside(at: usize, dx: isize, width: usize) -> u64 {
 }
 
 /// Links between the pixels of a row and their right neighbours.
-///
-/// The boundary has two ends. At each, one region of the left pixel meets one of the right pixel (see the tables' generator).
 #[inline(always)]
 fn links_right<W: Lanes>(row: PlaneRow<'_, CLASS_PLANES>, words: usize, links: &mut Links) {
-    let plane = |i| row.plane(i);
-    let (complex, top_left, top_right) = (plane(COMPLEX), plane(CORNER), plane(CORNER + 1));
-    let (bottom_right, bottom_left) = (plane(CORNER + 2), plane(CORNER + 3));
-    in_words::<W>(words, |at, wide| {
-        if wide {
-            meet(
-                W::load(complex, at).or(W::load_right_1(complex, at)),
-                [W::load(top_right, at), W::load(bottom_right, at)],
-                [W::load_right_1(top_left, at), W::load_right_1(bottom_left, at)],
-                links,
-                at,
-            );
-        } else {
-            meet(
-                u64::load(complex, at).or(u64::load_right_1(complex, at)),
-                [u64::load(top_right, at), u64::load(bottom_right, at)],
-                [
-                    u64::load_right_1(top_left, at),
-                    u64::load_right_1(bottom_left, at),
-                ],
-                links,
-                at,
-            );
-        }
-    });
+    let mut at = 1;
+    while at + W::WORDS <= words + 1 {
+        links_right_at::<W>(row, at, links);
+        at += W::WORDS;
+    }
+    for at in at..=words {
+        links_right_at::<u64>(row, at, links);
+    }
+}
+
+#[inline(always)]
+fn links_right_at<W: Lanes>(row: PlaneRow<'_, CLASS_PLANES>, at: usize, links: &mut Links) {
+    let complex = row.plane(COMPLEX);
+    meet(
+        W::load(complex, at).or(W::load_beside(complex, at, 1)),
+        [
+            W::load(row.plane(CORNER + 1), at),
+            W::load(row.plane(CORNER + 2), at),
+        ],
+        [
+            W::load_beside(row.plane(CORNER), at, 1),
+            W::load_beside(row.plane(CORNER + 3), at, 1),
+        ],
+        links,
+        at,
+    );
 }
 
 /// Links between the pixels of a row and those below.
@@ -169,53 +168,56 @@ fn links_down<W: Lanes>(
     words: usize,
     links: &mut Links,
 ) {
-    // The corners at the left and at the right end of the boundary.
-    let (upper, lower) = ([CORNER + 3, CORNER + 2], [CORNER, CORNER + 1]);
-    in_words::<W>(words, |at, wide| {
-        if wide {
-            meet(
-                W::load(row.plane(COMPLEX), at).or(W::load(below.plane(COMPLEX), at)),
-                upper.map(|i| W::load(row.plane(i), at)),
-                lower.map(|i| W::load(below.plane(i), at)),
-                links,
-                at,
-            );
-        } else {
-            meet(
-                row.plane(COMPLEX)[at] | below.plane(COMPLEX)[at],
-                upper.map(|i| row.plane(i)[at]),
-                lower.map(|i| below.plane(i)[at]),
-                links,
-                at,
-            );
-        }
-    });
-}
-
-/// Runs over words 1..=words: `wide` where `W::WORDS` of them are left, one by one after that.
-#[inline(always)]
-fn in_words<W: Lanes>(words: usize, mut body: impl FnMut(usize, bool)) {
     let mut at = 1;
     while at + W::WORDS <= words + 1 {
-        body(at, true);
+        links_down_at::<W>(row, below, at, links);
         at += W::WORDS;
     }
-    while at <= words {
-        body(at, false);
-        at += 1;
+    for at in at..=words {
+        links_down_at::<u64>(row, below, at, links);
     }
 }
 
-/// Stores the four links over a boundary: `a` and `b` are set where the end lies in the secondary region.
+#[inline(always)]
+fn links_down_at<W: Lanes>(
+    row: PlaneRow<'_, CLASS_PLANES>,
+    below: PlaneRow<'_, CLASS_PLANES>,
+    at: usize,
+    links: &mut Links,
+) {
+    meet(
+        W::load(row.plane(COMPLEX), at).or(W::load(below.plane(COMPLEX), at)),
+        [
+            W::load(row.plane(CORNER + 3), at),
+            W::load(row.plane(CORNER + 2), at),
+        ],
+        [
+            W::load(below.plane(CORNER), at),
+            W::load(below.plane(CORNER + 1), at),
+        ],
+        links,
+        at,
+    );
+}
+
+/// Stores the four links over a boundary, which has two ends; `a` and `b` are set where an end lies in the secondary
+/// region. At each end one region of the first pixel meets one of the second (see the tables' generator).
 #[inline(always)]
 fn meet<W: Lanes>(blocked: W, a: [W; 2], b: [W; 2], links: &mut Links, at: usize) {
     let [pp, ps, sp, ss] = links;
-    let either = |x: W, y: W| x.or(y).without(blocked);
-    let neither = |a: W, b: W| W::ones().without(a.or(b));
-    either(neither(a[0], b[0]), neither(a[1], b[1])).store(pp, at);
-    either(b[0].without(a[0]), b[1].without(a[1])).store(ps, at);
-    either(a[0].without(b[0]), a[1].without(b[1])).store(sp, at);
-    either(a[0].and(b[0]), a[1].and(b[1])).store(ss, at);
+    let neither = W::ones()
+        .without(a[0].or(b[0]))
+        .or(W::ones().without(a[1].or(b[1])));
+    neither.without(blocked).store(pp, at);
+    b[0].without(a[0])
+        .or(b[1].without(a[1]))
+        .without(blocked)
+        .store(ps, at);
+    a[0].without(b[0])
+        .or(a[1].without(b[1]))
+        .without(blocked)
+        .store(sp, at);
+    a[0].and(b[0]).or(a[1].and(b[1])).without(blocked).store(ss, at);
 }
 
 /// What the primary region of a pixel reaches in another pixel.
@@ -254,14 +256,15 @@ struct Link<W> {
 }
 
 impl<W: Lanes> Link<W> {
+    /// The links of the pixels dx beside those of words `at..`.
     #[inline(always)]
-    fn load(links: &Links, load: impl Fn(&[u64]) -> W) -> Self {
+    fn load(links: &Links, at: usize, dx: isize) -> Self {
         let [pp, ps, sp, ss] = links;
         Self {
-            pp: load(pp),
-            ps: load(ps),
-            sp: load(sp),
-            ss: load(ss),
+            pp: W::load_beside(pp, at, dx),
+            ps: W::load_beside(ps, at, dx),
+            sp: W::load_beside(sp, at, dx),
+            ss: W::load_beside(ss, at, dx),
         }
     }
 
@@ -298,57 +301,71 @@ impl Window<'_> {
     /// leads away from the centre (the arrows of BWG03 figure 6).
     #[inline(always)]
     fn reach<W: Lanes>(&self, out: &mut [u64], at: usize) {
-        // Link between column dx and dx + 1 of row dy.
-        let right = |dy: usize, dx: isize| {
-            Link::load(self.right[dy], |plane| match dx {
-                -2 => W::load_left_2(plane, at),
-                -1 => W::load_left_1(plane, at),
-                0 => W::load(plane, at),
-                _ => W::load_right_1(plane, at),
-            })
-        };
-        // Link between rows dy and dy + 1 in column dx.
-        let down = |dy: usize, dx: isize| {
-            Link::load(self.down[dy], |plane| match dx {
-                -2 => W::load_left_2(plane, at),
-                -1 => W::load_left_1(plane, at),
-                0 => W::load(plane, at),
-                1 => W::load_right_1(plane, at),
-                _ => W::load_right_2(plane, at),
-            })
-        };
+        // Links between columns dx and dx + 1 of rows 0 to 2, and between rows 0 and 1, 1 and 2.
+        let [right0, right1, right2] = self.right;
+        let [down0, down1] = self.down;
         let len = out.len() / REACH_PLANES;
-        let mut keep = |plane: usize, reached: Reached<W>| reached.primary.store(&mut out[plane * len..], at);
 
-        let below = down(0, 0).start();
-        let below2 = below.then(down(1, 0));
-        keep(4, below);
-        keep(9, below2);
+        let below = Link::<W>::load(down0, at, 0).start();
+        let below2 = below.then(Link::<W>::load(down1, at, 0));
+        keep(out, len, at, 4, below);
+        keep(out, len, at, 9, below2);
 
         // Right of the centre: r1 is (1, 0), r11 (1, 1), r21 (2, 1), ...
-        let r1 = right(0, 0).start();
-        let r2 = r1.then(right(0, 1));
-        keep(0, r1);
-        keep(1, r2);
-        let r11 = r1.then(down(0, 1)).or(below.then(right(1, 0)));
-        keep(5, r11);
-        let r21 = r2.then(down(0, 2)).or(r11.then(right(1, 1)));
-        keep(6, r21);
-        let r12 = r11.then(down(1, 1)).or(below2.then(right(2, 0)));
-        keep(10, r12);
-        keep(11, r21.then(down(1, 2)).or(r12.then(right(2, 1))));
+        let r1 = Link::<W>::load(right0, at, 0).start();
+        let r2 = r1.then(Link::<W>::load(right0, at, 1));
+        keep(out, len, at, 0, r1);
+        keep(out, len, at, 1, r2);
+        let r11 = r1
+            .then(Link::<W>::load(down0, at, 1))
+            .or(below.then(Link::<W>::load(right1, at, 0)));
+        keep(out, len, at, 5, r11);
+        let r21 = r2
+            .then(Link::<W>::load(down0, at, 2))
+            .or(r11.then(Link::<W>::load(right1, at, 1)));
+        keep(out, len, at, 6, r21);
+        let r12 = r11
+            .then(Link::<W>::load(down1, at, 1))
+            .or(below2.then(Link::<W>::load(right2, at, 0)));
+        keep(out, len, at, 10, r12);
+        keep(
+            out,
+            len,
+            at,
+            11,
+            r21.then(Link::<W>::load(down1, at, 2))
+                .or(r12.then(Link::<W>::load(right2, at, 1))),
+        );
 
         // Left of the centre, whose own row is known from the pixels on the left.
-        let l1 = right(0, -1).back().start();
-        let l2 = l1.then(right(0, -2).back());
-        let l11 = l1.then(down(0, -1)).or(below.then(right(1, -1).back()));
-        keep(3, l11);
-        let l21 = l2.then(down(0, -2)).or(l11.then(right(1, -2).back()));
-        keep(2, l21);
-        let l12 = l11.then(down(1, -1)).or(below2.then(right(2, -1).back()));
-        keep(8, l12);
-        keep(7, l21.then(down(1, -2)).or(l12.then(right(2, -2).back())));
+        let l1 = Link::<W>::load(right0, at, -1).back().start();
+        let l2 = l1.then(Link::<W>::load(right0, at, -2).back());
+        let l11 = l1
+            .then(Link::<W>::load(down0, at, -1))
+            .or(below.then(Link::<W>::load(right1, at, -1).back()));
+        keep(out, len, at, 3, l11);
+        let l21 = l2
+            .then(Link::<W>::load(down0, at, -2))
+            .or(l11.then(Link::<W>::load(right1, at, -2).back()));
+        keep(out, len, at, 2, l21);
+        let l12 = l11
+            .then(Link::<W>::load(down1, at, -1))
+            .or(below2.then(Link::<W>::load(right2, at, -1).back()));
+        keep(out, len, at, 8, l12);
+        keep(
+            out,
+            len,
+            at,
+            7,
+            l21.then(Link::<W>::load(down1, at, -2))
+                .or(l12.then(Link::<W>::load(right2, at, -2).back())),
+        );
     }
+}
+
+#[inline(always)]
+fn keep<W: Lanes>(out: &mut [u64], len: usize, at: usize, plane: usize, reached: Reached<W>) {
+    reached.primary.store(&mut out[plane * len..], at);
 }
 
 /// The 24-bit mask of one pixel: bit i stands for neighbour i of the 5x5 window in scan order, the centre left out.

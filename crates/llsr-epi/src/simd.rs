@@ -1,0 +1,154 @@
+//! Picks the widest form of each pass that the CPU can run.
+//!
+//! The passes are generic over their innermost parts. Here they are compiled once for each instruction set. No form fuses operations or changes
+//! their order within a pixel, so all give the same bits.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+#[cfg(test)]
+mod tests;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use glam::Vec3;
+
+use crate::classify::{self, CLASS_PLANES};
+use crate::complex;
+use crate::crossings::Crossings;
+use crate::interpolate::{self, InterpolateScratch, Source};
+use crate::occlusion::{DepthLimits, Occlusion};
+use crate::patch::Patches;
+use crate::picture::PictureBand;
+use crate::pixels::Pixels;
+use crate::planes::{BandPlanes, Planes};
+use crate::reach::{self, REACH_PLANES, ReachScratch};
+
+/// A set of instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Level {
+    /// What every CPU of the target has.
+    Portable,
+    /// AVX2 and bit manipulation.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// AVX-512 F, BW, DQ and VL.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Level {
+    /// The widest level of this CPU.
+    pub(crate) fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if Self::has_avx512() {
+                return Self::Avx512;
+            }
+            if Self::has_avx2() {
+                return Self::Avx2;
+            }
+        }
+        Self::Portable
+    }
+
+    /// All levels of this CPU, the portable one first.
+    #[cfg(test)]
+    pub(crate) fn available() -> Vec<Self> {
+        let mut levels = vec![Self::Portable];
+        #[cfg(target_arch = "x86_64")]
+        {
+            levels.extend(Self::has_avx2().then_some(Self::Avx2));
+            levels.extend(Self::has_avx512().then_some(Self::Avx512));
+        }
+        levels
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn has_avx2() -> bool {
+        is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt")
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn has_avx512() -> bool {
+        Self::has_avx2()
+            && is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl")
+    }
+}
+
+/// [`classify::classify`] for the given level.
+pub(crate) fn classify(
+    level: Level,
+    crossings: &Crossings,
+    first_row: usize,
+    words: &mut [u16],
+    planes: &mut BandPlanes<'_, CLASS_PLANES>,
+) {
+    match level {
+        Level::Portable => classify::classify::<classify::Portable>(crossings, first_row, words, planes),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::classify(wide, crossings, first_row, words, planes),
+    }
+}
+
+/// [`DepthLimits::update`] for the given level.
+pub(crate) fn update_limits(level: Level, limits: &mut DepthLimits, pixels: &Pixels, occlusion: Occlusion) {
+    match level {
+        Level::Portable => limits.update(pixels, occlusion),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::update_limits(wide, limits, pixels, occlusion),
+    }
+}
+
+/// [`reach::reach`] for the given level.
+pub(crate) fn reach(
+    level: Level,
+    classes: &Planes<CLASS_PLANES>,
+    width: usize,
+    rows: (usize, usize),
+    scratch: &mut ReachScratch,
+    band: &mut BandPlanes<'_, REACH_PLANES>,
+) {
+    match level {
+        Level::Portable => reach::reach::<u64>(classes, width, rows, scratch, band),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::reach(wide, classes, width, rows, scratch, band),
+    }
+}
+
+/// [`complex::filter`] for the given level.
+pub(crate) fn filter_complex<F: Fn(u32, u32) -> Vec3>(
+    level: Level,
+    source: complex::Source<'_>,
+    rows: std::ops::Range<usize>,
+    factor: &F,
+    patches: &mut Patches,
+) {
+    match level {
+        Level::Portable => complex::filter::<classify::Portable, F>(source, rows, factor, patches),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::filter_complex::<F>(wide, source, rows, factor, patches),
+    }
+}
+
+/// [`interpolate::interpolate`] for the given level.
+pub(crate) fn interpolate(
+    level: Level,
+    source: Source<'_>,
+    scratch: &mut InterpolateScratch,
+    band: &mut PictureBand<'_>,
+) {
+    match level {
+        Level::Portable => interpolate::interpolate::<interpolate::Portable>(source, scratch, band),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::interpolate(wide, source, scratch, band),
+    }
+}

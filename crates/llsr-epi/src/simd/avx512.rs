@@ -1,0 +1,302 @@
+//! AVX-512: sixteen pixels in a register.
+#![expect(
+    unsafe_code,
+    reason = "intrinsics and unaligned loads; every block says why it is sound"
+)]
+
+use std::arch::x86_64::*;
+
+use glam::Vec3;
+
+use crate::classify::Masks;
+use crate::code::EdgeCode;
+use crate::complex::{Cells, LANES, Reached, Sums};
+use crate::interpolate::{BLOCK, Blocks, CHANNELS, MARGIN, Output, TILE, TapMasks, TileRow};
+use crate::kernel::Kernel;
+use crate::lanes::Lanes;
+use crate::pixels::SAMPLE;
+
+/// To be used only behind [`super::Level::Avx512`], which stands for the instructions used here.
+#[derive(Debug)]
+pub(crate) struct Avx512;
+
+/// Sixteen floats from `at` on.
+#[inline(always)]
+fn load(floats: &[f32], at: usize) -> __m512 {
+    let block: &[f32] = &floats[at..at + BLOCK];
+    // SAFETY: the slice has 16 floats; the load needs no alignment. The CPU has AVX-512 (see `Avx512`).
+    unsafe { _mm512_loadu_ps(block.as_ptr()) }
+}
+
+#[inline(always)]
+fn store(floats: &mut [f32], at: usize, v: __m512) {
+    let block: &mut [f32] = &mut floats[at..at + BLOCK];
+    // SAFETY: as for `load`.
+    unsafe { _mm512_storeu_ps(block.as_mut_ptr(), v) }
+}
+
+/// centre * c + near * (b + d) + far * (a + e), in the order of the portable form.
+#[inline(always)]
+fn five_taps([a, b, c, d, e]: [__m512; 5], [centre, near, far]: [f32; 3]) -> __m512 {
+    // SAFETY: the CPU has AVX-512 (see `Avx512`).
+    unsafe {
+        let centre = _mm512_mul_ps(_mm512_set1_ps(centre), c);
+        let near = _mm512_mul_ps(_mm512_set1_ps(near), _mm512_add_ps(b, d));
+        let far = _mm512_mul_ps(_mm512_set1_ps(far), _mm512_add_ps(a, e));
+        _mm512_add_ps(_mm512_add_ps(centre, near), far)
+    }
+}
+
+/// The low nine bits of each lane times its unit.
+#[inline(always)]
+fn mantissa(shifted: __m512i, unit: __m512) -> __m512 {
+    // SAFETY: the CPU has AVX-512 (see `Avx512`).
+    unsafe {
+        let bits = _mm512_and_si512(shifted, _mm512_set1_epi32(0x1ff));
+        _mm512_mul_ps(_mm512_cvtepi32_ps(bits), unit)
+    }
+}
+
+/// Eight words of a bit plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Words(__m512i);
+
+impl Lanes for Words {
+    const WORDS: usize = 8;
+
+    #[inline(always)]
+    fn load(plane: &[u64], at: usize) -> Self {
+        let words: &[u64] = &plane[at..at + Self::WORDS];
+        // SAFETY: the slice has eight words; the CPU has AVX-512 (see `Avx512`).
+        Self(unsafe { _mm512_loadu_si512(words.as_ptr().cast()) })
+    }
+
+    #[inline(always)]
+    fn store(self, plane: &mut [u64], at: usize) {
+        let words: &mut [u64] = &mut plane[at..at + Self::WORDS];
+        // SAFETY: as for `load`.
+        unsafe { _mm512_storeu_si512(words.as_mut_ptr().cast(), self.0) }
+    }
+
+    #[inline(always)]
+    fn ones() -> Self {
+        // SAFETY: the CPU has AVX-512 (see `Avx512`), as in all that follow.
+        Self(unsafe { _mm512_set1_epi64(-1) })
+    }
+
+    #[inline(always)]
+    fn splat(word: u64) -> Self {
+        // SAFETY: see `ones`.
+        Self(unsafe { _mm512_set1_epi64(word as i64) })
+    }
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        // SAFETY: see `ones`.
+        Self(unsafe { _mm512_and_si512(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        // SAFETY: see `ones`.
+        Self(unsafe { _mm512_or_si512(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        // SAFETY: see `ones`.
+        Self(unsafe { _mm512_andnot_si512(other.0, self.0) })
+    }
+
+    #[inline(always)]
+    fn up<const K: u32>(self) -> Self {
+        // SAFETY: see `ones`.
+        Self(unsafe { _mm512_slli_epi64::<K>(self.0) })
+    }
+
+    #[inline(always)]
+    fn down<const K: u32>(self) -> Self {
+        // SAFETY: see `ones`.
+        Self(unsafe { _mm512_srli_epi64::<K>(self.0) })
+    }
+}
+
+impl Masks for Avx512 {
+    #[inline(always)]
+    fn nonzero(bytes: &[u8; 64]) -> u64 {
+        // SAFETY: the array is as long as the load; the CPU has AVX-512 (see `Avx512`).
+        unsafe {
+            let bytes = _mm512_loadu_si512(bytes.as_ptr().cast());
+            _mm512_test_epi8_mask(bytes, bytes)
+        }
+    }
+
+    #[inline(always)]
+    fn multiple(bytes: &[u8; 64]) -> u64 {
+        // SAFETY: as for `nonzero`.
+        unsafe {
+            let bytes = _mm512_loadu_si512(bytes.as_ptr().cast());
+            _mm512_test_epi8_mask(bytes, _mm512_add_epi8(bytes, _mm512_set1_epi8(-1)))
+        }
+    }
+
+    #[inline(always)]
+    fn clear_codes(words: &mut [u16; 64]) -> u64 {
+        let mut samples = 0;
+        for half in [0, 32] {
+            // SAFETY: 32 words lie behind `half` in the array; the CPU has AVX-512 (see `Avx512`).
+            unsafe {
+                let at = words[half..].as_mut_ptr();
+                let words = _mm512_loadu_si512(at.cast());
+                let kept = _mm512_and_si512(words, _mm512_set1_epi16(!EdgeCode::BITS as i16));
+                _mm512_storeu_si512(at.cast(), kept);
+                samples |= u64::from(_mm512_test_epi16_mask(words, _mm512_set1_epi16(SAMPLE as i16))) << half;
+            }
+        }
+        samples
+    }
+}
+
+impl Cells for Avx512 {
+    type Lanes = Words;
+
+    #[inline(always)]
+    fn lend(reached: &Reached, (a, b): (u64, u64), colour: Vec3, weights: &[f32; LANES], sums: &mut Sums) {
+        // SAFETY: all arrays have eight lanes; the CPU has AVX-512 (see `Avx512`).
+        unsafe {
+            let in_a = _mm512_and_si512(
+                _mm512_loadu_si512(reached.a.as_ptr().cast()),
+                _mm512_set1_epi64(a as i64),
+            );
+            let in_b = _mm512_and_si512(
+                _mm512_loadu_si512(reached.b.as_ptr().cast()),
+                _mm512_set1_epi64(b as i64),
+            );
+            let either = _mm512_or_si512(in_a, in_b);
+            let weight = _mm256_maskz_loadu_ps(_mm512_test_epi64_mask(either, either), weights.as_ptr());
+            for (sum, component) in sums.iter_mut().zip([colour.x, colour.y, colour.z, 1.0]) {
+                let lent = _mm256_mul_ps(weight, _mm256_set1_ps(component));
+                _mm256_storeu_ps(
+                    sum.as_mut_ptr(),
+                    _mm256_add_ps(_mm256_loadu_ps(sum.as_ptr()), lent),
+                );
+            }
+        }
+    }
+}
+
+impl Blocks for Avx512 {
+    type Sums = [__m512; CHANNELS];
+
+    #[inline(always)]
+    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {
+        // SAFETY: both arrays are as long as the loads. The CPU has AVX-512 (see `Avx512`).
+        let channels = unsafe {
+            let packed = _mm512_loadu_si512(colours.as_ptr().cast());
+            let exponent = _mm512_add_epi32(_mm512_srli_epi32::<27>(packed), _mm512_set1_epi32(127 - 20));
+            let unit = _mm512_castsi512_ps(_mm512_slli_epi32::<23>(exponent));
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let present = _mm256_test_epi16_mask(words, _mm256_set1_epi16(SAMPLE as i16));
+            [
+                mantissa(packed, unit),
+                mantissa(_mm512_srli_epi32::<9>(packed), unit),
+                mantissa(_mm512_srli_epi32::<18>(packed), unit),
+                _mm512_maskz_mov_ps(present, _mm512_set1_ps(1.0)),
+            ]
+        };
+        for (row, channel) in row.0.iter_mut().zip(channels) {
+            store(row, at, channel);
+        }
+    }
+
+    #[inline(always)]
+    fn down(rows: [&TileRow; 5], at: usize, taps: [f32; 3], out: &mut TileRow) {
+        for (channel, out) in out.0.iter_mut().enumerate() {
+            let [a, b, c, d, e] = rows;
+            let window = [
+                load(&a.0[channel], at),
+                load(&b.0[channel], at),
+                load(&c.0[channel], at),
+                load(&d.0[channel], at),
+                load(&e.0[channel], at),
+            ];
+            store(out, at, five_taps(window, taps));
+        }
+    }
+
+    #[inline(always)]
+    fn across(row: &TileRow, at: usize, taps: [f32; 3]) -> Self::Sums {
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        let mut sums = unsafe { [_mm512_setzero_ps(); CHANNELS] };
+        for (row, sum) in row.0.iter().zip(&mut sums) {
+            let row = &row[at - 2..at + BLOCK + 2];
+            *sum = five_taps(
+                [
+                    load(row, 0),
+                    load(row, 1),
+                    load(row, 2),
+                    load(row, 3),
+                    load(row, 4),
+                ],
+                taps,
+            );
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn masked(rows: [&TileRow; 5], at: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Self::Sums {
+        assert!(
+            (MARGIN..=MARGIN + TILE - BLOCK).contains(&at),
+            "blocks lie between the margins"
+        );
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        let mut sums = unsafe { [_mm512_setzero_ps(); CHANNELS] };
+        for (dy, row) in rows.into_iter().enumerate() {
+            for dx in 0..5 {
+                let mask = (masks[5 * dy + dx] >> shift) as u16;
+                let weight = kernel.weight(dx as isize - 2, dy as isize - 2);
+                for (sum, row) in sums.iter_mut().zip(&row.0) {
+                    // SAFETY: by the assertion two floats more on either side of the block lie in the row; the CPU has AVX-512
+                    // (see `Avx512`).
+                    unsafe {
+                        let weight = _mm512_maskz_mov_ps(mask, _mm512_set1_ps(weight));
+                        let row = _mm512_loadu_ps(row.as_ptr().add(at + dx - 2));
+                        *sum = _mm512_add_ps(*sum, _mm512_mul_ps(weight, row));
+                    }
+                }
+            }
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn finish(sums: Self::Sums, own: u16, out: Output<'_>, scale: f32, fallback: [f32; 3]) -> u16 {
+        let [red, green, blue, weight] = sums;
+        // SAFETY: the output arrays are as long as the stores. The CPU has AVX-512 (see `Avx512`).
+        unsafe {
+            let one = _mm512_set1_ps(1.0);
+            let coloured = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(weight, _mm512_setzero_ps());
+            let inverse = _mm512_div_ps(one, weight);
+            let channels = [(red, out.red), (green, out.green), (blue, out.blue)];
+            for ((sum, out), fallback) in channels.into_iter().zip(fallback) {
+                let colour = _mm512_mul_ps(sum, inverse);
+                store(
+                    out,
+                    0,
+                    _mm512_mask_blend_ps(coloured, _mm512_set1_ps(fallback), colour),
+                );
+            }
+            let priority = _mm512_sub_ps(
+                _mm512_set1_ps(254.0),
+                _mm512_mul_ps(_mm512_set1_ps(scale), weight),
+            );
+            let priority = _mm512_cvttps_epi32(_mm512_max_ps(priority, one));
+            let priority = _mm512_maskz_mov_epi32(!own, priority);
+            let unreached = _mm512_set1_epi32(i32::from(crate::picture::UNREACHED));
+            let priority = _mm512_mask_blend_epi32(coloured, unreached, priority);
+            _mm_storeu_si128(out.priority.as_mut_ptr().cast(), _mm512_cvtepi32_epi8(priority));
+            coloured
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The passes compiled for x86-64 with AVX2 and with AVX-512.
+#![expect(
+    unsafe_code,
+    reason = "calls of functions for instructions that the level says are there"
+)]
+
+use glam::Vec3;
+
+use super::Level;
+use super::avx2::{self, Avx2};
+use super::avx512::{self, Avx512};
+use crate::classify::{self, CLASS_PLANES};
+use crate::complex;
+use crate::crossings::Crossings;
+use crate::interpolate::{self, InterpolateScratch, Source};
+use crate::occlusion::{DepthLimits, Occlusion};
+use crate::patch::Patches;
+use crate::picture::PictureBand;
+use crate::pixels::Pixels;
+use crate::planes::{BandPlanes, Planes};
+use crate::reach::{self, REACH_PLANES, ReachScratch};
+
+/// Defines a function that runs one generic pass at the level that it is given, which must not be portable.
+macro_rules! by_level {
+    ($name:ident $(<$generic:ident: $bound:path>)?, $avx2:path, $avx512:path, ($($argument:ident: $type:ty),*)) => {
+        pub(crate) fn $name $(<$generic: $bound>)? (level: Level, $($argument: $type),*) {
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn avx2 $(<$generic: $bound>)? ($($argument: $type),*) {
+                $avx2($($argument),*);
+            }
+            #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn avx512 $(<$generic: $bound>)? ($($argument: $type),*) {
+                $avx512($($argument),*);
+            }
+            match level {
+                Level::Portable => unreachable!("the portable form is called directly"),
+                // SAFETY: a level other than the portable one comes from `Level::detect` or `Level::available`, which have
+                // asked the CPU for its instructions.
+                Level::Avx2 => unsafe { avx2 $(::<$generic>)? ($($argument),*) },
+                // SAFETY: as above.
+                Level::Avx512 => unsafe { avx512 $(::<$generic>)? ($($argument),*) },
+            }
+        }
+    };
+}
+
+by_level!(classify, classify::classify::<Avx2>, classify::classify::<Avx512>, (
+    crossings: &Crossings,
+    first_row: usize,
+    words: &mut [u16],
+    planes: &mut BandPlanes<'_, CLASS_PLANES>
+));
+
+by_level!(update_limits, DepthLimits::update, DepthLimits::update, (
+    limits: &mut DepthLimits,
+    pixels: &Pixels,
+    occlusion: Occlusion
+));
+
+by_level!(reach, reach::reach::<avx2::Words>, reach::reach::<avx512::Words>, (
+    classes: &Planes<CLASS_PLANES>,
+    width: usize,
+    rows: (usize, usize),
+    scratch: &mut ReachScratch,
+    band: &mut BandPlanes<'_, REACH_PLANES>
+));
+
+by_level!(interpolate, interpolate::interpolate::<Avx2>, interpolate::interpolate::<Avx512>, (
+    source: Source<'_>,
+    scratch: &mut InterpolateScratch,
+    band: &mut PictureBand<'_>
+));
+
+by_level!(filter_complex<F: Factor>, complex::filter::<Avx2, F>, complex::filter::<Avx512, F>, (
+    source: complex::Source<'_>,
+    rows: std::ops::Range<usize>,
+    factor: &F,
+    patches: &mut Patches
+));
+
+/// Names the type of the factor's closure for the macro.
+pub(crate) trait Factor: Fn(u32, u32) -> Vec3 {}
+
+impl<F: Fn(u32, u32) -> Vec3> Factor for F {}
