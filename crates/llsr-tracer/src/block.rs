@@ -1,8 +1,13 @@
-//! Blocks of eight triangles.
+//! Blocks of triangles over shared vertices.
+//!
+//! Neighbouring triangles share most of their vertices, so a block holds each vertex once: a patch of up to sixteen
+//! triangles takes 256 bytes, and what is computed a vertex (where it lies about a ray, or on which side of
+//! a fan) is computed once and is the same for all triangles that meet there.
 
 use glam::Vec3;
 
-use crate::build::WIDTH;
+/// The most triangles and the most vertices of a block.
+pub(crate) const BLOCK: usize = 16;
 
 /// Which triangle of which object a lane holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -11,44 +16,77 @@ pub(crate) struct TriangleId {
     pub(crate) triangle: u32,
 }
 
-/// Up to eight triangles in structure-of-arrays form; unused lanes hold NaN, which no test accepts.
+/// Up to sixteen triangles over up to sixteen vertices, in structure-of-arrays form.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct TriangleBlock {
-    /// `vertices[corner][axis][lane]`.
-    pub(crate) vertices: [[[f32; WIDTH]; 3]; 3],
-    /// At least the longest edge of any lane (m).
+    /// `vertices[axis][vertex]`; unused places repeat the first vertex.
+    pub(crate) vertices: [[f32; BLOCK]; 3],
+    /// `corners[corner][triangle]`; unused triangles have three equal corners.
+    pub(crate) corners: [[u8; BLOCK]; 3],
+    /// At least the longest edge (m).
     pub(crate) longest_edge: f32,
-    /// Number of used lanes; they come first.
+    /// One bit a used triangle.
     pub(crate) used: u32,
 }
 
 impl TriangleBlock {
-    pub(crate) fn new(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Self {
+    /// Packs triangles given by their vertices' numbers and positions.
+    ///
+    /// # Panics
+    /// If there are more than [`BLOCK`] triangles or different vertices.
+    pub(crate) fn new(triangles: impl IntoIterator<Item = [u32; 3]>, positions: &[Vec3]) -> Self {
+        let mut numbers = [0u32; BLOCK];
+        let mut count = 0;
         let mut block = Self {
-            vertices: [[[f32::NAN; WIDTH]; 3]; 3],
+            vertices: [[0.0; BLOCK]; 3],
+            corners: [[0; BLOCK]; 3],
             longest_edge: 0.0,
             used: 0,
         };
         for (lane, triangle) in triangles.into_iter().enumerate() {
-            for (corner, vertex) in triangle.iter().enumerate() {
-                for axis in 0..3 {
-                    block.vertices[corner][axis][lane] = vertex[axis];
-                }
+            for (corner, &number) in triangle.iter().enumerate() {
+                let place = numbers[..count]
+                    .iter()
+                    .position(|&n| n == number)
+                    .unwrap_or_else(|| {
+                        numbers[count] = number;
+                        count += 1;
+                        count - 1
+                    });
+                block.corners[corner][lane] = place as u8;
             }
-            let [a, b, c] = triangle;
+            let [a, b, c] = triangle.map(|v| positions[v as usize]);
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             // The distance is rounded a few times.
             block.longest_edge = block.longest_edge.max(longest * (1.0 + 8.0 * f32::EPSILON));
-            block.used = lane as u32 + 1;
+            block.used |= 1 << lane;
+        }
+        for place in 0..BLOCK {
+            let number = numbers[if place < count { place } else { 0 }];
+            for (row, x) in block
+                .vertices
+                .iter_mut()
+                .zip(positions[number as usize].to_array())
+            {
+                row[place] = x;
+            }
         }
         block
     }
 
-    /// The corners of a used lane.
+    /// The vertex at a place below [`BLOCK`].
+    #[inline]
+    pub(crate) fn vertex(&self, place: u8) -> Vec3 {
+        let place = usize::from(place) & (BLOCK - 1);
+        let [x, y, z] = &self.vertices;
+        Vec3::new(x[place], y[place], z[place])
+    }
+
+    /// The corners of a used triangle.
     #[inline]
     pub(crate) fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        self.vertices
-            .map(|v| Vec3::new(v[0][lane], v[1][lane], v[2][lane]))
+        let [a, b, c] = &self.corners;
+        [a[lane], b[lane], c[lane]].map(|place| self.vertex(place))
     }
 }

@@ -37,11 +37,13 @@ mod build;
 mod exact;
 mod hit;
 mod lanes;
+mod pages;
 mod part;
 mod ray;
 mod shape;
 mod tracer;
 mod traverse;
+mod unchecked;
 
 pub use hit::{Hit, Surface};
 pub use lanes::Instructions;

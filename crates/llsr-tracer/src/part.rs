@@ -1,44 +1,47 @@
 //! Geometry with a tree of its own.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use llsr_scene::Bounds;
 
-use crate::block::{TriangleBlock, TriangleId};
+use crate::block::{BLOCK, TriangleBlock, TriangleId};
 use crate::build::WideTree;
+use crate::pages::Pages;
 use crate::shape::PlacedShape;
 
 /// Triangles and shapes in one frame, with a tree over them.
 #[derive(Clone, Debug)]
 pub(crate) struct Geometry {
     pub(crate) tree: WideTree,
-    pub(crate) blocks: Vec<TriangleBlock>,
-    /// Eight a block.
-    pub(crate) ids: Vec<TriangleId>,
+    pub(crate) blocks: Pages<TriangleBlock>,
+    /// Sixteen a block.
+    pub(crate) ids: Pages<TriangleId>,
     pub(crate) shapes: Vec<PlacedShape>,
     /// Largest absolute coordinate (m).
     pub(crate) reach: f32,
 }
 
 impl Geometry {
-    /// Builds the tree. `triangles` and `ids` match.
-    pub(crate) fn new(triangles: &[[glam::Vec3; 3]], ids: &[TriangleId], shapes: Vec<PlacedShape>) -> Self {
+    /// Builds the tree. `triangles` index `positions` and match `ids`; equal positions should have one index.
+    pub(crate) fn new(
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        ids: &[TriangleId],
+        shapes: Vec<PlacedShape>,
+    ) -> Self {
+        let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
         let boxes: Vec<Bounds> = triangles
             .iter()
-            .map(|&t| Bounds::of(t))
+            .map(|t| Bounds::of(corners(t)))
             .chain(shapes.iter().map(PlacedShape::bounds))
             .collect();
-        let mut blocks = Vec::with_capacity(triangles.len() / 5 + 1);
-        let mut block_ids = Vec::with_capacity(blocks.capacity() * crate::build::WIDTH);
-        let mut tree = WideTree::build(
-            &boxes,
-            |item| (item as usize) < triangles.len(),
-            |items| {
-                blocks.push(TriangleBlock::new(items.iter().map(|&i| triangles[i as usize])));
-                block_ids.extend(items.iter().map(|&i| ids[i as usize]));
-                block_ids.resize(blocks.len() * crate::build::WIDTH, TriangleId::default());
-            },
-        );
-        tree.rebase_items(triangles.len());
+        let mut blocks = Vec::with_capacity(triangles.len() / 10 + 1);
+        let mut block_ids = Vec::with_capacity(blocks.capacity() * BLOCK);
+        let tree = WideTree::build(&boxes, triangles, |items| {
+            let packed = items.iter().map(|&i| triangles[i as usize]);
+            blocks.push(TriangleBlock::new(packed, positions));
+            block_ids.extend(items.iter().map(|&i| ids[i as usize]));
+            block_ids.resize(blocks.len() * BLOCK, TriangleId::default());
+        });
         let bounds = tree.bounds;
         let reach = if bounds.is_empty() {
             0.0
@@ -47,8 +50,8 @@ impl Geometry {
         };
         Self {
             tree,
-            blocks,
-            ids: block_ids,
+            blocks: Pages::new(&blocks),
+            ids: Pages::new(&block_ids),
             shapes,
             reach,
         }

@@ -1,176 +1,187 @@
 //! Rays against boxes and blocks in single precision, as filters with proven bounds.
 //!
-//! A ray is scaled so that the largest component of its direction is 1 and that axis is `z` after a permutation;
+//! A ray is scaled so that the largest component of its direction is 1 and that axis is the last after a permutation;
 //! its parameter is then the distance along that axis. Errors that do not depend on the single box or triangle
 //! are bounded once a ray.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
 use crate::block::TriangleBlock;
 use crate::build::WideNode;
-use crate::lanes::Simd;
+use crate::lanes::{Floats, Simd};
+use crate::unchecked::{Axis, Plane};
 
 /// Unit roundoff of `f32`.
 const U: f32 = f32::EPSILON / 2.0;
 
-/// A ray prepared for the filters.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RayFilter {
-    origin: [f32; 3],
-    /// Reciprocal direction.
-    inverse: [f32; 3],
-    /// What to add to `bound * inverse` for the nearer and the farther plane, padding included.
-    near_offset: [f32; 3],
-    far_offset: [f32; 3],
-    /// Which of [`WideNode::bounds`] is nearer and farther on each axis.
-    near: [usize; 3],
-    far: [usize; 3],
-    /// The axis permutation: the last is the axis of the largest component.
-    axes: [usize; 3],
-    /// Slopes over the last axis.
-    shear: [f32; 2],
+/// The axes after the permutation that makes each axis the last.
+const AXES: [[u8; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+
+/// A ray prepared for the filters, in the lanes of `S`.
+#[derive(Clone, Copy)]
+pub(crate) struct RayFilter<S: Simd> {
+    boxes: BoxFilter<S>,
+    /// Origin and slopes in permuted axes.
+    origin: [S::W; 3],
+    shear: [S::W; 2],
+    axes: [Axis; 3],
     /// Direction along the last axis, 1 or -1.
     sign: f32,
-    /// Bound of the error of a sheared vertex coordinate (m).
+    /// Bound of the error of a sheared coordinate of a vertex near the ray (m).
     error: f32,
 }
 
-impl RayFilter {
-    /// Prepares a ray for geometry whose coordinates are at most `reach` in absolute value. Also gives the factor
-    /// from parameters of `direction` to those of the filter. `None` if the direction is zero or anything is not finite.
+/// The part of a ray that boxes need.
+#[derive(Clone, Copy)]
+struct BoxFilter<S: Simd> {
+    /// Reciprocal direction.
+    inverse: [S::F; 3],
+    /// What to add to `bound * inverse` for the nearer and the farther plane, padding included.
+    near_offset: [S::F; 3],
+    far_offset: [S::F; 3],
+    /// Which of [`WideNode::bounds`] is nearer and farther on each axis.
+    near: [Plane; 3],
+    far: [Plane; 3],
+}
+
+impl<S: Simd> RayFilter<S> {
+    /// Prepares the ray for geometry whose coordinates are at most `reach` in absolute value, up to the parameter `t_max`
+    /// in lengths of `direction`. Also gives the length of `direction` along its longest axis, which is the
+    /// filter's parameter at its tip. `None` if the direction is zero or anything is not finite.
     #[inline(always)]
-    pub(crate) fn new(origin: DVec3, direction: DVec3, reach: f32) -> Option<(Self, f64)> {
-        let size = direction.abs();
-        let last = if size.x > size.y {
-            if size.x > size.z { 0 } else { 2 }
-        } else if size.y > size.z {
-            1
-        } else {
-            2
-        };
-        let longest = size[last];
-        if !(longest > 0.0 && (1.0 / longest).is_finite() && (origin + direction).is_finite()) {
+    pub(crate) fn new(s: S, origin: DVec3, direction: DVec3, t_max: f32, reach: f32) -> Option<(Self, f32)> {
+        let o = Vec3A::from(origin.as_vec3());
+        let mut d = Vec3A::from(direction.as_vec3());
+        let mut length = d.abs().max_element();
+        // Far from the range in which reciprocals and products are normal numbers (this is false for NaN too).
+        if !(length > 1e-18 && length < 1e18) {
+            let longest = direction.abs().max_element();
+            if !(longest > 0.0 && longest.is_finite() && (1.0 / longest).is_finite()) {
+                return None;
+            }
+            d = Vec3A::from((direction / longest).as_vec3());
+            length = longest as f32;
+        }
+        if !o.is_finite() {
             return None;
         }
-        let d = direction / longest;
-        // Origins beyond the range of f32 become infinite and see nothing through the filters' NaN.
-        let o = origin.as_vec3();
-        let scale = reach + o.abs().max_element();
-        let mut this = Self {
-            origin: o.to_array(),
-            inverse: [0.0; 3],
-            near_offset: [0.0; 3],
-            far_offset: [0.0; 3],
-            near: [0; 3],
-            far: [0; 3],
-            axes: [(last + 1) % 3, (last + 2) % 3, last],
-            shear: [0.0; 2],
-            sign: if d[last] > 0.0 { 1.0 } else { -1.0 },
-            error: 32.0 * U * scale + f32::MIN_POSITIVE,
-        };
+        let longest = d.abs().max_element();
+        let last = d.abs().cmpeq(Vec3A::splat(longest)).bitmask().trailing_zeros() as usize & 3;
+        // A component below `TINY` is replaced by it: that moves the ray sideways by less than the padding before it
+        // has left the geometry.
+        const TINY: f32 = 1.0 / (1u32 << 22) as f32;
+        let d = d * (1.0 / longest);
+        let d = d.abs().max(Vec3A::splat(TINY)).copysign(d);
+        let inverse = 1.0 / d;
         // A parameter on the boxes' planes is wrong by at most this many metres times the inverse: rounding of the
-        // origin, the direction, its inverse, the offset and the sum. A component below `TINY` moves the ray
-        // sideways by less than the padding before it has left the geometry.
-        const TINY: f64 = 1.0 / (1u64 << 23) as f64;
-        let pad = 16.0 * U * scale;
-        for axis in 0..3 {
-            let component = if d[axis].abs() < TINY {
-                TINY.copysign(d[axis])
-            } else {
-                d[axis]
-            };
-            let inverse = (1.0 / component) as f32;
-            let offset = -o[axis] * inverse;
-            let padding = pad * inverse.abs();
-            this.inverse[axis] = inverse;
-            this.near_offset[axis] = offset - padding;
-            this.far_offset[axis] = offset + padding;
-            let negative = inverse < 0.0;
-            this.near[axis] = axis + if negative { 3 } else { 0 };
-            this.far[axis] = axis + if negative { 0 } else { 3 };
-        }
-        let last_component = d[last];
-        this.shear = [0, 1].map(|i| (d[this.axes[i]] / last_component) as f32);
-        Some((this, longest))
+        // origin, the direction, its inverse, the offset and the sum.
+        let from = o.abs().max_element();
+        let scale = reach + from;
+        let padding = inverse.abs() * (16.0 * U * scale);
+        let offset = -o * inverse;
+        let (near_offset, far_offset) = ((offset - padding).to_array(), (offset + padding).to_array());
+        let negative = d.is_negative_bitmask();
+        let inverse = inverse.to_array();
+        let axes = AXES[last].map(|axis| Axis::new(usize::from(axis)));
+        let (o, d) = (o.to_array(), d.to_array());
+        let sign = axes[2].of(&d).signum();
+        let flip = [0, 1, 2].map(|axis| negative >> axis & 1 == 1);
+        let this = Self {
+            boxes: BoxFilter {
+                inverse: inverse.map(|x| S::F::splat(s, x)),
+                near_offset: near_offset.map(|x| S::F::splat(s, x)),
+                far_offset: far_offset.map(|x| S::F::splat(s, x)),
+                near: [0, 1, 2].map(|axis| Plane::new(axis, flip[axis])),
+                far: [0, 1, 2].map(|axis| Plane::new(axis, !flip[axis])),
+            },
+            origin: axes.map(|axis| S::W::splat(s, *axis.of(&o))),
+            shear: [0, 1].map(|i| S::W::splat(s, axes[i].of(&d) * sign)),
+            axes,
+            sign,
+            // Of a vertex at distance r: U r from each of two subtractions, 3 U r from the slope, which multiplies the
+            // depth; U |origin| from each of two coordinates of the origin. The vertices of a triangle that the ray meets
+            // are at most as far as the hit and an edge; the edge is added in the test.
+            error: U * (2.5 * from + 6.0 * scale.min(length * t_max)) + f32::MIN_POSITIVE,
+        };
+        Some((this, length))
     }
 
     /// The children whose boxes the ray may enter at parameters in [0, `t_max`], and where it enters at the earliest.
     #[inline(always)]
-    pub(crate) fn enters<S: Simd>(&self, s: S, node: &WideNode, t_max: f32) -> (u32, S::F) {
-        let near = |axis: usize| {
-            let bound = s.load(&node.bounds[self.near[axis]]);
-            s.mul_add(
-                bound,
-                s.splat(self.inverse[axis]),
-                s.splat(self.near_offset[axis]),
-            )
-        };
-        let far = |axis: usize| {
-            let bound = s.load(&node.bounds[self.far[axis]]);
-            s.mul_add(bound, s.splat(self.inverse[axis]), s.splat(self.far_offset[axis]))
-        };
-        let enter = s.max(s.max(near(0), near(1)), s.max(near(2), s.splat(0.0)));
-        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
-        (s.le(enter, leave), enter)
+    pub(crate) fn enters(&self, s: S, node: &WideNode, t_max: f32) -> (u32, S::F) {
+        let b = &self.boxes;
+        let zero = S::F::splat(s, 0.0);
+        let enter = b.near_plane(s, node, 0).max(b.near_plane(s, node, 1));
+        let enter = enter.max(b.near_plane(s, node, 2).max(zero));
+        let leave = b.far_plane(s, node, 0).min(b.far_plane(s, node, 1));
+        let leave = leave.min(b.far_plane(s, node, 2).min(S::F::splat(s, t_max)));
+        (enter.le(leave), enter)
     }
 
     /// Tests the block's triangles for parameters in [0, `t_max`].
     #[inline(always)]
-    pub(crate) fn meets<S: Simd>(&self, s: S, block: &TriangleBlock, t_max: f32) -> BlockHits {
+    pub(crate) fn meets(&self, s: S, block: &TriangleBlock, t_max: f32) -> BlockHits {
+        // Vertices relative to the origin, sheared so that the ray is the last axis.
         let [x, y, z] = self.axes;
-        let (ox, oy, oz) = (
-            s.splat(self.origin[x]),
-            s.splat(self.origin[y]),
-            s.splat(self.origin[z]),
-        );
-        let (kx, ky) = (s.splat(self.shear[0]), s.splat(self.shear[1]));
-        let sheared = |corner: usize| {
-            let v = &block.vertices[corner];
-            let depth = s.sub(s.load(&v[z]), oz);
-            let across = s.neg_mul_add(kx, depth, s.sub(s.load(&v[x]), ox));
-            let along = s.neg_mul_add(ky, depth, s.sub(s.load(&v[y]), oy));
-            (across, along, depth)
-        };
-        let (ax, ay, az) = sheared(0);
-        let (bx, by, bz) = sheared(1);
-        let (cx, cy, cz) = sheared(2);
+        let depth = S::W::load(s, z.of(&block.vertices)).sub(self.origin[2]);
+        let across = S::W::load(s, x.of(&block.vertices)).sub(self.origin[0]);
+        let along = S::W::load(s, y.of(&block.vertices)).sub(self.origin[1]);
+        let across = self.shear[0].neg_mul_add(depth, across);
+        let along = self.shear[1].neg_mul_add(depth, along);
+        let [a, b, c] = &block.corners;
+        let (ax, ay) = (s.permute(across, a), s.permute(along, a));
+        let (bx, by) = (s.permute(across, b), s.permute(along, b));
+        let (cx, cy) = (s.permute(across, c), s.permute(along, c));
         // Edge functions, twice the signed areas of the origin with each edge.
-        let u = s.mul_sub(cx, by, s.mul(cy, bx));
-        let v = s.mul_sub(ax, cy, s.mul(ay, cx));
-        let w = s.mul_sub(bx, ay, s.mul(by, ax));
-        let least = s.min(s.min(u, v), w);
-        let most = s.max(s.max(u, v), w);
-        // Where the ray truly meets the triangle, sheared coordinates are at most 2 edges long and wrong by at
-        // most `error`, so an edge function is wrong by less than this.
+        let u = cx.mul_sub(by, cy.mul(bx));
+        let v = ax.mul_sub(cy, ay.mul(cx));
+        let w = bx.mul_sub(ay, by.mul(ax));
+        let least = u.min(v).min(w);
+        let most = u.max(v).max(w);
+        // Where the ray truly meets the triangle, sheared coordinates are at most 1.42 edges long and wrong by at most
+        // `error`, and an edge function adds two products of two of them and rounds twice.
         let longest = block.longest_edge;
-        let tolerance = self.error * (12.0 * longest + 4.0 * self.error) + f32::MIN_POSITIVE;
-        let (plus, minus) = (s.splat(tolerance), s.splat(-tolerance));
-        let candidates = s.le(minus, least) | s.le(most, plus);
+        let error = self.error + 6.0 * U * longest;
+        let tolerance = longest * (6.0 * error + 5.0 * U * longest) + 4.0 * error * error + f32::MIN_POSITIVE;
+        let (plus, minus) = (S::W::splat(s, tolerance), S::W::splat(s, -tolerance));
+        let candidates = (minus.le(least) | most.le(plus)) & block.used;
         if candidates == 0 {
             return BlockHits::default();
         }
-        let inside = s.lt(plus, least) | s.lt(most, minus);
-        let sum = s.add(s.add(u, v), w);
-        let depth = s.mul_add(u, az, s.mul_add(v, bz, s.mul(w, cz)));
-        let sign = s.splat(self.sign);
-        let t = s.mul(s.div(depth, sum), sign);
+        let inside = plus.lt(least) | most.lt(minus);
+        let (az, bz, cz) = (s.permute(depth, a), s.permute(depth, b), s.permute(depth, c));
+        let sum = u.add(v).add(w);
+        let height = u.mul_add(az, v.mul_add(bz, w.mul(cz)));
+        let sign = S::W::splat(s, self.sign);
+        let t = height.div(sum).mul(sign);
         // The weights are wrong by 3 tolerance / sum each where the ray is inside.
-        let spread = s.splat(4.0 * tolerance * longest);
-        let t_error = s.mul_add(spread, s.div(s.splat(4.0), s.abs(sum)), s.splat(4.0 * self.error));
-        let above = s.lt(t_error, t);
-        let below = s.lt(s.add(t, t_error), s.splat(t_max));
-        let sure = candidates & inside & above & below;
+        let spread = S::W::splat(s, 16.0 * tolerance * longest).div(sum.abs());
+        let t_error = spread.add(S::W::splat(s, 4.0 * error));
+        let (start, end) = (S::W::splat(s, 0.0), S::W::splat(s, t_max));
+        let sure = candidates & inside & t_error.lt(t) & t.add(t_error).lt(end);
+        let outside = inside & (t.add(t_error).lt(start) | end.lt(t.sub(t_error)));
         // Where the ray is not surely inside, the whole triangle must lie outside the range to be out of question.
-        let (az, bz, cz) = (s.mul(az, sign), s.mul(bz, sign), s.mul(cz, sign));
-        let (first, last) = (s.min(s.min(az, bz), cz), s.max(s.max(az, bz), cz));
-        let slack = 2.0 * self.error;
-        let behind = s.lt(last, s.splat(-slack)) | s.lt(s.splat(t_max + slack), first);
-        let surely_out =
-            inside & (s.lt(s.add(t, t_error), s.splat(0.0)) | s.lt(s.splat(t_max), s.sub(t, t_error)));
+        let (az, bz, cz) = (az.mul(sign), bz.mul(sign), cz.mul(sign));
+        let (first, last) = (az.min(bz).min(cz), az.max(bz).max(cz));
+        let slack = 2.0 * error;
+        let apart = last.lt(S::W::splat(s, -slack)) | S::W::splat(s, t_max + slack).lt(first);
         BlockHits {
             sure,
-            doubtful: candidates & !sure & !behind & !surely_out,
+            doubtful: candidates & !sure & !apart & !outside,
         }
+    }
+}
+
+// Functions, not closures: only they can be made to inline into the caller's instructions.
+impl<S: Simd> BoxFilter<S> {
+    #[inline(always)]
+    fn near_plane(&self, s: S, node: &WideNode, axis: usize) -> S::F {
+        S::F::load(s, self.near[axis].of(node)).mul_add(self.inverse[axis], self.near_offset[axis])
+    }
+
+    #[inline(always)]
+    fn far_plane(&self, s: S, node: &WideNode, axis: usize) -> S::F {
+        S::F::load(s, self.far[axis].of(node)).mul_add(self.inverse[axis], self.far_offset[axis])
     }
 }
 

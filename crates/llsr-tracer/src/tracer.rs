@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use llsr_scene::{Bounds, Geometry as Source, ObjectId, Scene};
+use llsr_scene::{Bounds, Geometry as Source, Mesh, ObjectId, Scene, Weld};
 
 use crate::block::TriangleId;
 use crate::build::{ChildRef, WideTree};
@@ -13,7 +13,8 @@ use crate::lanes::{Instructions, Kernel, Level, Simd};
 use crate::part::{Geometry, Placement};
 use crate::ray::RayFilter;
 use crate::shape::PlacedShape;
-use crate::traverse::{Closest, Stack, closest, segment_is_cut};
+use crate::traverse::{Closest, closest, segment_is_cut};
+use crate::unchecked::Stack;
 
 /// Larger coordinates (m) are left out: their products would leave the range of single precision.
 pub const LARGEST_COORDINATE: f32 = 1e12;
@@ -101,34 +102,24 @@ impl Tracer {
         let mut gather = Gather {
             scene,
             warnings: Vec::new(),
-            triangles: Vec::new(),
-            ids: Vec::new(),
+            soup: Soup::default(),
             shapes: Vec::new(),
             instances: vec![Vec::new(); scene.meshes.len()],
         };
         gather.run();
         let mut parts = Vec::new();
-        if !gather.ids.is_empty() || !gather.shapes.is_empty() {
+        if !gather.soup.ids.is_empty() || !gather.shapes.is_empty() {
             parts.push(Part {
-                geometry: Arc::new(Geometry::new(&gather.triangles, &gather.ids, gather.shapes)),
+                geometry: Arc::new(gather.soup.build(gather.shapes)),
                 placement: None,
             });
         }
         for (mesh, objects) in gather.instances.iter().enumerate() {
             let Some(&first) = objects.first() else { continue };
-            let (mut triangles, mut ids) = (Vec::new(), Vec::new());
-            let mesh = &scene.meshes[mesh];
+            let mut soup = Soup::default();
             let name = &scene.objects[first.index()].name;
-            collect(
-                mesh,
-                |p| p,
-                first,
-                name,
-                &mut triangles,
-                &mut ids,
-                &mut gather.warnings,
-            );
-            let geometry = Arc::new(Geometry::new(&triangles, &ids, Vec::new()));
+            soup.add(&scene.meshes[mesh], |p| p, first, name, &mut gather.warnings);
+            let geometry = Arc::new(soup.build(Vec::new()));
             for &object in objects {
                 let to_world = double(&scene.objects[object.index()].transform);
                 parts.push(Part {
@@ -142,7 +133,7 @@ impl Tracer {
             }
         }
         let boxes: Vec<Bounds> = parts.iter().map(Part::bounds).collect();
-        let top = WideTree::build(&boxes, |_| false, |_| {});
+        let top = WideTree::build(&boxes, &[], |_| {});
         let tracer = Self {
             parts,
             top,
@@ -167,14 +158,32 @@ impl Tracer {
     /// surface that merely touches an end does not count. Start from [`Hit::leave`]. If an end is not
     /// finite the answer is no.
     pub fn occluded(&self, from: DVec3, to: DVec3) -> bool {
-        if self.parts.is_empty() {
-            return false;
+        if let [
+            Part {
+                geometry,
+                placement: None,
+            },
+        ] = self.parts.as_slice()
+        {
+            return self.level.run(Occluded { geometry, from, to });
         }
-        self.level.run(Occluded {
+        let mut cut = false;
+        self.level.run(PartsOnRay {
             tracer: self,
-            from,
-            to,
-        })
+            origin: from,
+            direction: to - from,
+            t_max: 1.0,
+            visit: &mut |part| {
+                let (from, to) = match &part.placement {
+                    None => (from, to),
+                    Some(placement) => (placement.localize(from), placement.localize(to)),
+                };
+                let geometry = &part.geometry;
+                cut = self.level.run(Occluded { geometry, from, to });
+                cut
+            },
+        });
+        cut
     }
 
     /// Does any surface cut the open segments from `from` to the points of `a`-`b` at parameters `ts`?
@@ -196,48 +205,87 @@ impl Tracer {
     /// triangle is returned. No ray slips between triangles that share an edge. If anything is not finite
     /// (`t_max` may be infinite) nothing is hit.
     pub fn closest(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
-        if self.parts.is_empty() {
-            return None;
+        let closest = |geometry: &Geometry, origin, direction, t_max| {
+            self.level.run(ClosestHit {
+                geometry,
+                origin,
+                direction,
+                t_max,
+            })
+        };
+        if let [part @ Part { placement: None, .. }] = self.parts.as_slice() {
+            return closest(&part.geometry, origin, direction, t_max).map(|hit| part.hit(&hit));
         }
-        self.level.run(ClosestHit {
+        let mut best: Option<Hit> = None;
+        self.level.run(PartsOnRay {
             tracer: self,
             origin,
             direction,
             t_max,
-        })
+            visit: &mut |part| {
+                let t_best = best.map_or(t_max, |hit| hit.t);
+                let (o, d) = match &part.placement {
+                    None => (origin, direction),
+                    Some(placement) => (
+                        placement.localize(origin),
+                        placement.to_local.transform_vector3(direction),
+                    ),
+                };
+                if let Some(hit) = closest(&part.geometry, o, d, t_best) {
+                    let hit = part.hit(&hit);
+                    if best.is_none_or(|best| hit.t < best.t || hit.object < best.object) {
+                        best = Some(hit);
+                    }
+                }
+                false
+            },
+        });
+        best
     }
+}
 
-    /// The parts that a ray may meet, in no order, until `visit` says stop.
+/// Visits the parts that a ray may meet, in no order, until `visit` says stop.
+struct PartsOnRay<'a> {
+    tracer: &'a Tracer,
+    origin: DVec3,
+    direction: DVec3,
+    t_max: f64,
+    visit: &'a mut dyn FnMut(&Part) -> bool,
+}
+
+impl Kernel for PartsOnRay<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn parts_on_ray<S: Simd>(
-        &self,
-        s: S,
-        origin: DVec3,
-        direction: DVec3,
-        t_max: f64,
-        mut visit: impl FnMut(&Part) -> bool,
-    ) {
-        let bounds = self.top.bounds;
-        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-        let Some((ray, scale)) = RayFilter::new(origin, direction, reach) else {
+    fn run<S: Simd>(self, s: S) {
+        let top = &self.tracer.top;
+        if top.bounds.is_empty() {
+            return;
+        }
+        let reach = top.bounds.min.abs().max(top.bounds.max.abs()).max_element();
+        let Some((ray, scale)) = RayFilter::new(s, self.origin, self.direction, self.t_max as f32, reach)
+        else {
             return;
         };
-        let t_box = (t_max * scale) as f32 * (1.0 + 2.0 * f32::EPSILON);
-        let mut stack = Stack::new(ChildRef::default());
-        while let Some(at) = stack.pop() {
+        let t_box = self.t_max as f32 * scale * (1.0 + 4.0 * f32::EPSILON);
+        let mut stack = Stack::new();
+        let mut next = Some(ChildRef::default());
+        while let Some(at) = next {
             if at.is_node() {
-                let node = &self.top.nodes[at.index()];
+                let node = &top.nodes[at.index()];
                 let (mask, _) = ray.enters(s, node, t_box);
                 stack.push_each(s, node, mask);
-            } else if visit(&self.parts[at.index()]) {
+            } else if (self.visit)(&self.tracer.parts[at.index()]) {
                 return;
             }
+            next = stack.pop();
         }
     }
 }
 
+/// Does anything of one part cut the open segment?
 struct Occluded<'a> {
-    tracer: &'a Tracer,
+    geometry: &'a Geometry,
     from: DVec3,
     to: DVec3,
 }
@@ -247,71 +295,24 @@ impl Kernel for Occluded<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> bool {
-        let Self { tracer, from, to } = self;
-        match tracer.parts.as_slice() {
-            [] => false,
-            [
-                Part {
-                    geometry,
-                    placement: None,
-                },
-            ] => segment_is_cut(s, geometry, from, to),
-            _ => {
-                let mut cut = false;
-                tracer.parts_on_ray(s, from, to - from, 1.0, |part| {
-                    let (p, q) = match &part.placement {
-                        None => (from, to),
-                        Some(placement) => (placement.localize(from), placement.localize(to)),
-                    };
-                    cut = segment_is_cut(s, &part.geometry, p, q);
-                    cut
-                });
-                cut
-            }
-        }
+        segment_is_cut(s, self.geometry, self.from, self.to)
     }
 }
 
+/// The first hit of one part, in its own frame.
 struct ClosestHit<'a> {
-    tracer: &'a Tracer,
+    geometry: &'a Geometry,
     origin: DVec3,
     direction: DVec3,
     t_max: f64,
 }
 
 impl Kernel for ClosestHit<'_> {
-    type Output = Option<Hit>;
+    type Output = Option<Closest>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> Option<Hit> {
-        let Self {
-            tracer,
-            origin,
-            direction,
-            t_max,
-        } = self;
-        if let [part @ Part { placement: None, .. }] = tracer.parts.as_slice() {
-            return closest(s, &part.geometry, origin, direction, t_max).map(|hit| part.hit(&hit));
-        }
-        let mut best: Option<Hit> = None;
-        tracer.parts_on_ray(s, origin, direction, t_max, |part| {
-            let t_best = best.map_or(t_max, |hit| hit.t);
-            let (o, d) = match &part.placement {
-                None => (origin, direction),
-                Some(placement) => (
-                    placement.localize(origin),
-                    placement.to_local.transform_vector3(direction),
-                ),
-            };
-            if let Some(hit) = closest(s, &part.geometry, o, d, t_best) {
-                let hit = part.hit(&hit);
-                if best.is_none_or(|best| hit.t < best.t || hit.object < best.object) {
-                    best = Some(hit);
-                }
-            }
-            false
-        });
-        best
+    fn run<S: Simd>(self, s: S) -> Option<Closest> {
+        closest(s, self.geometry, self.origin, self.direction, self.t_max)
     }
 }
 
@@ -396,8 +397,7 @@ impl Part {
 struct Gather<'a> {
     scene: &'a Scene,
     warnings: Vec<Warning>,
-    triangles: Vec<[Vec3; 3]>,
-    ids: Vec<TriangleId>,
+    soup: Soup,
     shapes: Vec<PlacedShape>,
     /// For each mesh, the objects that show it as an instance.
     instances: Vec<Vec<ObjectId>>,
@@ -428,15 +428,8 @@ impl Gather<'_> {
                         self.instances[mesh_id.index()].push(id);
                         continue;
                     }
-                    collect(
-                        mesh,
-                        |p| object.transform.transform_point3(p),
-                        id,
-                        &object.name,
-                        &mut self.triangles,
-                        &mut self.ids,
-                        &mut self.warnings,
-                    );
+                    let place = |p| object.transform.transform_point3(p);
+                    self.soup.add(mesh, place, id, &object.name, &mut self.warnings);
                 }
                 Source::Primitive(primitive) => {
                     let placed = PlacedShape::new(&primitive.shape, &object.transform, id)
@@ -453,52 +446,73 @@ impl Gather<'_> {
     }
 }
 
-/// Appends the usable triangles of `mesh`.
-fn collect(
-    mesh: &llsr_scene::Mesh,
-    place: impl Fn(Vec3) -> Vec3,
-    object: ObjectId,
-    name: &str,
-    triangles: &mut Vec<[Vec3; 3]>,
-    ids: &mut Vec<TriangleId>,
-    warnings: &mut Vec<Warning>,
-) {
-    let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| place(p)).collect();
-    let (mut bad, mut degenerate) = (0, 0);
-    triangles.reserve(mesh.triangles.len());
-    ids.reserve(mesh.triangles.len());
-    for (index, &corners) in mesh.triangles.iter().enumerate() {
-        let corner = |i: usize| {
-            positions
-                .get(corners[i] as usize)
-                .copied()
-                .filter(|&p| in_range(p))
-        };
-        let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
-            bad += 1;
-            continue;
-        };
-        if a == b || b == c || c == a {
-            degenerate += 1;
-            continue;
+/// Triangles of several meshes.
+#[derive(Default)]
+struct Soup {
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    ids: Vec<TriangleId>,
+}
+
+impl Soup {
+    /// Appends the usable triangles of `mesh`.
+    fn add(
+        &mut self,
+        mesh: &Mesh,
+        place: impl Fn(Vec3) -> Vec3,
+        object: ObjectId,
+        name: &str,
+        warnings: &mut Vec<Warning>,
+    ) {
+        let base = self.positions.len();
+        self.positions.extend(mesh.positions.iter().map(|&p| place(p)));
+        let positions = &self.positions[base..];
+        let (mut bad, mut degenerate) = (0, 0);
+        self.triangles.reserve(mesh.triangles.len());
+        self.ids.reserve(mesh.triangles.len());
+        for (index, &corners) in mesh.triangles.iter().enumerate() {
+            let usable = |v: u32| positions.get(v as usize).copied().filter(|&p| in_range(p));
+            let [Some(a), Some(b), Some(c)] = corners.map(usable) else {
+                bad += 1;
+                continue;
+            };
+            if a == b || b == c || c == a {
+                degenerate += 1;
+                continue;
+            }
+            self.triangles.push(corners.map(|v| v + base as u32));
+            self.ids.push(TriangleId {
+                object: object.0,
+                triangle: index as u32,
+            });
         }
-        triangles.push([a, b, c]);
-        ids.push(TriangleId {
-            object: object.0,
-            triangle: index as u32,
-        });
+        let object = name.to_owned();
+        if bad > 0 {
+            warnings.push(Warning::BadTriangles {
+                object: object.clone(),
+                count: bad,
+            });
+        }
+        if degenerate > 0 {
+            warnings.push(Warning::DegenerateTriangles {
+                object,
+                count: degenerate,
+            });
+        }
     }
-    if bad > 0 {
-        warnings.push(Warning::BadTriangles {
-            object: name.to_owned(),
-            count: bad,
-        });
-    }
-    if degenerate > 0 {
-        warnings.push(Warning::DegenerateTriangles {
-            object: name.to_owned(),
-            count: degenerate,
-        });
+
+    /// Builds the tree, over vertices welded where their positions are equal.
+    fn build(mut self, shapes: Vec<PlacedShape>) -> Geometry {
+        let weld = Weld::new(&self.positions);
+        let positions: Vec<Vec3> = weld
+            .representative
+            .iter()
+            .map(|&v| self.positions[v as usize])
+            .collect();
+        for vertex in self.triangles.iter_mut().flatten() {
+            *vertex = weld.welded[*vertex as usize];
+        }
+        Geometry::new(&positions, &self.triangles, &self.ids, shapes)
     }
 }
 

@@ -2,78 +2,101 @@
 
 use glam::DVec3;
 
-use crate::block::TriangleId;
-use crate::build::{ChildRef, STACK, WIDTH, WideNode};
+use crate::block::{BLOCK, TriangleId};
+use crate::build::{ChildRef, STACK};
 use crate::exact::{ray_meets_triangle, segment_cuts_triangle};
-use crate::lanes::Simd;
+use crate::lanes::{Floats, Simd};
 use crate::part::Geometry;
 use crate::ray::RayFilter;
 use crate::shape::ShapeHit;
+use crate::unchecked::Stack;
 
-/// References that wait to be visited. It cannot overflow: trees are built so that [`STACK`] entries are enough.
-pub(crate) struct Stack {
-    entries: [ChildRef; STACK],
+/// Lanes of blocks and single items that the filter could not decide.
+struct Doubts {
+    entries: [(ChildRef, u32); DOUBTS],
     len: usize,
 }
 
-impl Stack {
-    #[inline(always)]
-    pub(crate) fn new(root: ChildRef) -> Self {
-        let mut entries = [ChildRef::default(); STACK];
-        entries[0] = root;
-        Self { entries, len: 1 }
-    }
+/// Most rays have one doubt: the triangle that they start from.
+const DOUBTS: usize = 8;
 
+impl Doubts {
     #[inline(always)]
-    pub(crate) fn pop(&mut self) -> Option<ChildRef> {
-        self.len = self.len.checked_sub(1)?;
-        Some(self.entries[self.len])
-    }
-
-    #[inline(always)]
-    pub(crate) fn push_each<S: Simd>(&mut self, s: S, node: &WideNode, mask: u32) {
-        let to = &mut self.entries[self.len..self.len + WIDTH];
-        if let Ok(to) = <&mut [ChildRef; WIDTH]>::try_from(to) {
-            s.compress(&node.children, mask, to);
-            self.len += mask.count_ones() as usize;
+    fn new() -> Self {
+        Self {
+            entries: [(ChildRef::default(), 0); DOUBTS],
+            len: 0,
         }
+    }
+
+    /// Decides all that waits, in double precision: does any of it cut the open segment `p`-`q`?
+    #[inline(never)]
+    fn settle(&mut self, geometry: &Geometry, p: DVec3, q: DVec3) -> bool {
+        let entries = &self.entries[..self.len];
+        self.len = 0;
+        entries.iter().any(|&(at, mut lanes)| {
+            if !at.is_block() {
+                return geometry.shapes[at.index()].cuts_segment(p, q);
+            }
+            let block = &geometry.blocks[at.index()];
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                lanes &= lanes - 1;
+                if segment_cuts_triangle(p, q, block.triangle(lane)) {
+                    return true;
+                }
+            }
+            false
+        })
     }
 }
 
 /// Does anything cut the open segment `p`-`q`?
 #[inline(always)]
 pub(crate) fn segment_is_cut<S: Simd>(s: S, geometry: &Geometry, p: DVec3, q: DVec3) -> bool {
-    let Some((ray, length)) = RayFilter::new(p, q - p, geometry.reach) else {
+    let Some((ray, t_max)) = RayFilter::new(s, p, q - p, 1.0, geometry.reach) else {
         return false;
     };
-    let t_max = length as f32;
     // Rounded up, for the boxes.
-    let t_box = t_max * (1.0 + 2.0 * f32::EPSILON);
-    let mut stack = Stack::new(ChildRef::default());
-    while let Some(at) = stack.pop() {
+    let t_box = t_max * (1.0 + 4.0 * f32::EPSILON);
+    let (nodes, blocks) = (&*geometry.tree.nodes, &*geometry.blocks);
+    let mut stack = Stack::new();
+    let mut doubts = Doubts::new();
+    let mut at = ChildRef::default();
+    loop {
         if at.is_node() {
-            let node = &geometry.tree.nodes[at.index()];
+            let node = &nodes[at.index()];
             let (mask, _) = ray.enters(s, node, t_box);
-            stack.push_each(s, node, mask);
-        } else if at.is_block() {
-            let block = &geometry.blocks[at.index()];
-            let hits = ray.meets(s, block, t_max);
-            if hits.sure != 0 {
-                return true;
+            if mask != 0 {
+                // The first child is followed at once, the rest waits.
+                at = node.children[mask.trailing_zeros() as usize & 7];
+                stack.push_each(s, node, mask & (mask - 1));
+                continue;
             }
-            let mut doubtful = hits.doubtful;
-            while doubtful != 0 {
-                let lane = doubtful.trailing_zeros() as usize;
-                doubtful &= doubtful - 1;
-                if segment_cuts_triangle(p, q, block.triangle(lane)) {
+        } else {
+            // Decisions are put off until the filter has found nothing: that is rarely needed, and keeps calls out of
+            // this loop.
+            let mut doubtful = 1;
+            if at.is_block() {
+                let hits = ray.meets(s, &blocks[at.index()], t_max);
+                if hits.sure != 0 {
                     return true;
                 }
+                doubtful = hits.doubtful;
             }
-        } else if geometry.shapes[at.index()].cuts_segment(p, q) {
-            return true;
+            if doubtful != 0 {
+                if doubts.len == DOUBTS && doubts.settle(geometry, p, q) {
+                    return true;
+                }
+                doubts.entries[doubts.len & (DOUBTS - 1)] = (at, doubtful);
+                doubts.len += 1;
+            }
+        }
+        match stack.pop() {
+            Some(next) => at = next,
+            None => return doubts.len != 0 && doubts.settle(geometry, p, q),
         }
     }
-    false
 }
 
 /// The closest hit of one geometry, in its own frame.
@@ -110,11 +133,11 @@ pub(crate) fn closest<S: Simd>(
     direction: DVec3,
     t_max: f64,
 ) -> Option<Closest> {
-    let (ray, scale) = RayFilter::new(origin, direction, geometry.reach)?;
+    let (ray, scale) = RayFilter::new(s, origin, direction, t_max as f32, geometry.reach)?;
     let mut best: Option<Closest> = None;
     let mut t_best = t_max;
     // The same in the filter's parameter, rounded up for the boxes.
-    let mut t_box = (t_best * scale) as f32 * (1.0 + 2.0 * f32::EPSILON);
+    let mut t_box = (t_best as f32) * scale * (1.0 + 4.0 * f32::EPSILON);
     let mut stack = [(0f32, ChildRef::default()); STACK];
     let mut len = 1;
     while len > 0 {
@@ -126,7 +149,7 @@ pub(crate) fn closest<S: Simd>(
         if at.is_node() {
             let node = &geometry.tree.nodes[at.index()];
             let (mut mask, enter) = ray.enters(s, node, t_box);
-            let enter = s.store(enter);
+            let enter = enter.store();
             let first = len;
             while mask != 0 {
                 let slot = (mask.trailing_zeros() & 7) as usize;
@@ -152,10 +175,10 @@ pub(crate) fn closest<S: Simd>(
                 let Some(hit) = ray_meets_triangle(origin, direction, block.triangle(lane)) else {
                     continue;
                 };
-                let id = geometry.ids[index * WIDTH + lane];
+                let id = geometry.ids[index * BLOCK + lane];
                 if hit.t > 0.0 && (hit.t < t_best || (hit.t == t_best && comes_first(geometry, best, id))) {
                     t_best = hit.t;
-                    t_box = (t_best * scale) as f32 * (1.0 + 2.0 * f32::EPSILON);
+                    t_box = (t_best as f32) * scale * (1.0 + 4.0 * f32::EPSILON);
                     best = Some(Closest::Triangle {
                         t: hit.t,
                         id,
@@ -175,7 +198,7 @@ pub(crate) fn closest<S: Simd>(
                 };
                 if hit.t < t_best || comes_first(geometry, best, id) {
                     t_best = hit.t;
-                    t_box = (t_best * scale) as f32 * (1.0 + 2.0 * f32::EPSILON);
+                    t_box = (t_best as f32) * scale * (1.0 + 4.0 * f32::EPSILON);
                     best = Some(Closest::Shape { index, hit });
                 }
             }

@@ -8,12 +8,14 @@
 use llsr_scene::Bounds;
 
 use super::binary::BinaryTree;
+use crate::block::BLOCK;
+use crate::pages::Pages;
 
-/// Children of a wide node and triangles of a block.
+/// Children of a wide node.
 pub(crate) const WIDTH: usize = 8;
 
 /// The most entries that a traversal may have on its stack.
-pub(crate) const STACK: usize = 256;
+pub(crate) const STACK: usize = 248;
 
 /// What a child reference points to; the upper two bits of a [`ChildRef`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,10 +59,6 @@ impl ChildRef {
         self.0 & Self::BLOCK != 0
     }
 
-    pub(crate) fn is_item(self) -> bool {
-        self.0 & Self::ITEM != 0
-    }
-
     #[inline(always)]
     pub(crate) fn index(self) -> usize {
         (self.0 & Self::INDEX) as usize
@@ -74,8 +72,6 @@ pub(crate) struct WideNode {
     /// Lower x, y, z, then upper x, y, z of each child (m).
     pub(crate) bounds: [[f32; WIDTH]; 6],
     pub(crate) children: [ChildRef; WIDTH],
-    /// Number of used slots; they come first.
-    pub(crate) used: u32,
 }
 
 impl WideNode {
@@ -84,7 +80,6 @@ impl WideNode {
         Self {
             bounds: [lo, lo, lo, hi, hi, hi],
             children: [ChildRef::default(); WIDTH],
-            used: 0,
         }
     }
 
@@ -94,73 +89,104 @@ impl WideNode {
             self.bounds[axis + 3][slot] = bounds.max[axis];
         }
         self.children[slot] = ChildRef::new(child);
-        self.used = self.used.max(slot as u32 + 1);
     }
 }
 
 /// An eight-way tree; node 0 is the root.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WideTree {
-    pub(crate) nodes: Vec<WideNode>,
+    pub(crate) nodes: Pages<WideNode>,
     pub(crate) bounds: Bounds,
 }
 
-/// Costs relative to each other: testing eight boxes, testing eight triangles.
+/// Costs relative to each other: testing eight boxes, testing a block.
 const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 1.3;
 
 struct Collapse<'a> {
     tree: &'a BinaryTree,
-    /// Whether an item may share a block with others.
-    blockable: &'a dyn Fn(u32) -> bool,
+    /// Vertices of the first items, which may share blocks; the others stand alone.
+    triangles: &'a [[u32; 3]],
     /// `costs[n][k - 1]` for k = 1..=7.
     costs: Vec<[f32; WIDTH - 1]>,
     /// Whether the subtree may become one block.
-    pure: Vec<bool>,
+    fits: Vec<bool>,
+}
+
+/// The different vertices of a few triangles, sorted; or too many of them.
+#[derive(Clone, Copy)]
+struct VertexSet {
+    vertices: [u32; BLOCK],
+    /// [`VertexSet::MANY`] if the set is no longer kept.
+    len: usize,
+}
+
+impl VertexSet {
+    const MANY: usize = usize::MAX;
+    const NONE: Self = Self {
+        vertices: [0; BLOCK],
+        len: Self::MANY,
+    };
+
+    fn of(triangle: [u32; 3]) -> Self {
+        let mut triangle = triangle;
+        triangle.sort_unstable();
+        let mut set = Self::NONE;
+        set.vertices[..3].copy_from_slice(&triangle);
+        set.len = 3;
+        set
+    }
+
+    fn union(&self, other: &Self) -> Self {
+        let mut set = Self::NONE;
+        if self.len == Self::MANY || other.len == Self::MANY {
+            return set;
+        }
+        let (mut left, mut right) = (&self.vertices[..self.len], &other.vertices[..other.len]);
+        let mut len = 0;
+        while let Some(&next) = match (left.first(), right.first()) {
+            (Some(l), Some(r)) => Some(l.min(r)),
+            (l, r) => l.or(r),
+        } {
+            if len == BLOCK {
+                return set;
+            }
+            set.vertices[len] = next;
+            len += 1;
+            left = &left[usize::from(left.first() == Some(&next))..];
+            right = &right[usize::from(right.first() == Some(&next))..];
+        }
+        set.len = len;
+        set
+    }
 }
 
 impl WideTree {
-    /// Builds a tree over `boxes`. `blockable` items come in blocks: `block` receives the items of each new block,
-    /// in the order of the block's index; others stand alone as [`Child::Item`] of their own index.
+    /// Builds a tree over `boxes`. The first of them belong to `triangles`, which come in blocks: `block` receives the
+    /// items of each new block, in the order of the block's index. The others stand alone as [`Child::Item`], counted from
+    /// the first that is no triangle.
     ///
     /// No traversal needs more than [`STACK`] entries.
-    pub(crate) fn build(
-        boxes: &[Bounds],
-        blockable: impl Fn(u32) -> bool,
-        mut block: impl FnMut(&[u32]),
-    ) -> Self {
+    pub(crate) fn build(boxes: &[Bounds], triangles: &[[u32; 3]], mut block: impl FnMut(&[u32])) -> Self {
         if boxes.is_empty() {
             return Self {
-                nodes: vec![WideNode::empty()],
+                nodes: Pages::new(&[WideNode::empty()]),
                 bounds: Bounds::EMPTY,
             };
         }
         let mut tree = BinaryTree::clustered(boxes);
-        let mut collapse = Collapse::new(&tree, &blockable);
-        let mut plan = collapse.plan();
+        let mut plan = Collapse::new(&tree, triangles).plan();
         if plan.stack_needed() > STACK {
             tree = BinaryTree::balanced(boxes);
-            collapse = Collapse::new(&tree, &blockable);
-            plan = collapse.plan();
+            plan = Collapse::new(&tree, triangles).plan();
         }
         let bounds = tree.nodes[0].bounds;
         for &(first, count) in &plan.blocks {
             block(&tree.order[first as usize..(first + count) as usize]);
         }
         Self {
-            nodes: plan.nodes,
+            nodes: Pages::new(&plan.nodes),
             bounds,
-        }
-    }
-
-    /// Subtracts `base` from the index of every [`Child::Item`].
-    pub(crate) fn rebase_items(&mut self, base: usize) {
-        for node in &mut self.nodes {
-            for child in &mut node.children {
-                if child.is_item() {
-                    *child = ChildRef::new(Child::Item(child.index() - base));
-                }
-            }
         }
     }
 }
@@ -180,15 +206,28 @@ impl Plan {
 }
 
 impl<'a> Collapse<'a> {
-    fn new(tree: &'a BinaryTree, blockable: &'a dyn Fn(u32) -> bool) -> Self {
+    fn new(tree: &'a BinaryTree, triangles: &'a [[u32; 3]]) -> Self {
         let n = tree.nodes.len();
         let mut this = Self {
             tree,
-            blockable,
+            triangles,
             costs: vec![[0.0; WIDTH - 1]; n],
-            pure: vec![false; n],
+            fits: vec![false; n],
         };
-        for index in (0..n).rev() {
+        // Backwards, both subtrees of a node come just before it, the left one last.
+        let mut sets: Vec<VertexSet> = Vec::new();
+        for (index, node) in tree.nodes.iter().enumerate().rev() {
+            let set = if node.is_leaf() {
+                let item = tree.order[node.first as usize] as usize;
+                triangles.get(item).map_or(VertexSet::NONE, |&t| VertexSet::of(t))
+            } else {
+                match (sets.pop(), sets.pop()) {
+                    (Some(left), Some(right)) if node.count as usize <= BLOCK => left.union(&right),
+                    _ => VertexSet::NONE,
+                }
+            };
+            this.fits[index] = set.len != VertexSet::MANY;
+            sets.push(set);
             this.cost(index);
         }
         this
@@ -204,16 +243,14 @@ impl<'a> Collapse<'a> {
         let node = &self.tree.nodes[index];
         let area = self.area(index);
         if node.is_leaf() {
-            self.pure[index] = (self.blockable)(self.tree.order[node.first as usize]);
             self.costs[index] = [area * BLOCK_COST; WIDTH - 1];
             return;
         }
         let (left, right) = (index + 1, node.right as usize);
-        self.pure[index] = self.pure[left] && self.pure[right];
         let (l, r) = (self.costs[left], self.costs[right]);
         let mut costs = [0.0f32; WIDTH - 1];
         let mut best = area * NODE_COST + split(&l, &r, WIDTH).0;
-        if self.fits_block(index) {
+        if self.fits[index] {
             best = best.min(area * BLOCK_COST);
         }
         costs[0] = best;
@@ -222,10 +259,6 @@ impl<'a> Collapse<'a> {
             costs[slots - 1] = best;
         }
         self.costs[index] = costs;
-    }
-
-    fn fits_block(&self, index: usize) -> bool {
-        self.pure[index] && self.tree.nodes[index].count as usize <= WIDTH
     }
 
     /// Replays the choices from the root downwards.
@@ -241,11 +274,11 @@ impl<'a> Collapse<'a> {
         while let Some((index, place, depth)) = stack.pop() {
             let child = if place.is_some() && self.is_final(index) {
                 let node = &self.tree.nodes[index];
-                if self.pure[index] {
+                if self.fits[index] {
                     plan.blocks.push((node.first, node.count));
                     Child::Block(plan.blocks.len() - 1)
                 } else {
-                    Child::Item(self.tree.order[node.first as usize] as usize)
+                    Child::Item(self.tree.order[node.first as usize] as usize - self.triangles.len())
                 }
             } else {
                 plan.depth = plan.depth.max(depth);
@@ -269,7 +302,7 @@ impl<'a> Collapse<'a> {
     /// Whether a node that fills one slot is a block or a single item.
     fn is_final(&self, index: usize) -> bool {
         self.tree.nodes[index].is_leaf()
-            || (self.fits_block(index) && self.costs[index][0] >= self.area(index) * BLOCK_COST)
+            || (self.fits[index] && self.costs[index][0] >= self.area(index) * BLOCK_COST)
     }
 
     /// The binary nodes that fill the slots of the wide node made from `index`.

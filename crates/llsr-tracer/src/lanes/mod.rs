@@ -1,4 +1,4 @@
-//! Eight lanes of single precision, by the instructions that the machine has.
+//! Lanes of single precision, by the instructions that the machine has.
 //!
 //! A kernel is written once, generic over a [`Simd`] token, and compiled for each instruction set. Tokens of the
 //! vector sets can only be had from a run-time check, so holding one is the proof that its instructions exist.
@@ -102,33 +102,48 @@ impl Level {
     }
 }
 
-/// Operations on eight lanes. Comparisons give one bit a lane, lane 0 lowest, and are false for NaN.
-pub(crate) trait Simd: Copy {
-    /// Eight `f32`.
-    type F: Copy;
+/// Floating-point lanes of one width.
+pub(crate) trait Floats: Copy {
+    /// The token that makes them.
+    type Token: Copy;
+    /// An array of as many floats.
+    type Array;
 
-    fn splat(self, x: f32) -> Self::F;
-    fn load(self, from: &[f32; 8]) -> Self::F;
-    fn store(self, x: Self::F) -> [f32; 8];
-    fn add(self, a: Self::F, b: Self::F) -> Self::F;
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F;
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F;
-    fn div(self, a: Self::F, b: Self::F) -> Self::F;
-    /// `a * b + c`, rounded once or twice.
-    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `a * b - c`, rounded once or twice.
-    fn mul_sub(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `c - a * b`, rounded once or twice.
-    fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    fn splat(token: Self::Token, x: f32) -> Self;
+    fn load(token: Self::Token, from: &Self::Array) -> Self;
+    fn store(self) -> Self::Array;
+    fn add(self, b: Self) -> Self;
+    fn sub(self, b: Self) -> Self;
+    fn mul(self, b: Self) -> Self;
+    fn div(self, b: Self) -> Self;
+    /// `self * b + c`, rounded once or twice.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// `self * b - c`, rounded once or twice.
+    fn mul_sub(self, b: Self, c: Self) -> Self;
+    /// `c - self * b`, rounded once or twice.
+    fn neg_mul_add(self, b: Self, c: Self) -> Self;
     /// The smaller; `b` if either is NaN.
-    fn min(self, a: Self::F, b: Self::F) -> Self::F;
+    fn min(self, b: Self) -> Self;
     /// The larger; `b` if either is NaN.
-    fn max(self, a: Self::F, b: Self::F) -> Self::F;
-    fn abs(self, a: Self::F) -> Self::F;
-    fn le(self, a: Self::F, b: Self::F) -> u32;
-    fn lt(self, a: Self::F, b: Self::F) -> u32;
-    /// Writes the references selected by `mask` to the front of `to`; what lies behind them there is lost.
-    fn compress(self, from: &[ChildRef; 8], mask: u32, to: &mut [ChildRef; 8]);
+    fn max(self, b: Self) -> Self;
+    fn abs(self) -> Self;
+    /// One bit a lane, lane 0 lowest; false for NaN.
+    fn le(self, b: Self) -> u32;
+    fn lt(self, b: Self) -> u32;
+}
+
+/// A token for an instruction set, with the lanes that it offers.
+pub(crate) trait Simd: Copy {
+    /// Eight lanes, for the children of a node.
+    type F: Floats<Token = Self, Array = [f32; 8]>;
+    /// Sixteen lanes, for the vertices and triangles of a block.
+    type W: Floats<Token = Self, Array = [f32; 16]>;
+
+    /// The references selected by the low eight bits of `mask`, moved to the front; what follows them has no meaning.
+    fn compress(self, from: &[ChildRef; 8], mask: u32) -> [ChildRef; 8];
+
+    /// Lane `indices[i]` of `from` in lane `i`; only the low four bits of an index count.
+    fn permute(self, from: Self::W, indices: &[u8; 16]) -> Self::W;
 }
 
 #[cfg(test)]

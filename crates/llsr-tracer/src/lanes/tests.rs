@@ -3,17 +3,44 @@
 use super::*;
 
 struct Probe {
-    a: [f32; 8],
-    b: [f32; 8],
-    c: [f32; 8],
+    a: [f32; 16],
+    b: [f32; 16],
+    c: [f32; 16],
+    indices: [u8; 16],
     mask: u32,
 }
 
 #[derive(Debug, PartialEq)]
 struct Answers {
-    floats: Vec<[u32; 8]>,
-    masks: [u32; 2],
+    floats: Vec<f32>,
+    masks: Vec<u32>,
     kept: Vec<ChildRef>,
+}
+
+/// All operations of one width.
+#[inline(always)]
+fn all<F: Floats>(
+    token: F::Token,
+    a: &F::Array,
+    b: &F::Array,
+    c: &F::Array,
+    first: f32,
+) -> ([F; 11], [u32; 2]) {
+    let (a, b, c) = (F::load(token, a), F::load(token, b), F::load(token, c));
+    let floats = [
+        F::splat(token, first),
+        a.add(b),
+        a.sub(b),
+        a.mul(b),
+        a.div(b),
+        a.mul_add(b, c),
+        a.mul_sub(b, c),
+        a.neg_mul_add(b, c),
+        a.min(b),
+        a.max(b),
+        a.abs(),
+    ];
+    (floats, [a.le(b), a.lt(b)])
 }
 
 impl Kernel for Probe {
@@ -21,26 +48,17 @@ impl Kernel for Probe {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) -> Answers {
-        let (a, b, c) = (s.load(&self.a), s.load(&self.b), s.load(&self.c));
-        let floats = [
-            s.splat(self.a[3]),
-            s.add(a, b),
-            s.sub(a, b),
-            s.mul(a, b),
-            s.div(a, b),
-            s.mul_add(a, b, c),
-            s.mul_sub(a, b, c),
-            s.neg_mul_add(a, b, c),
-            s.min(a, b),
-            s.max(a, b),
-            s.abs(a),
-        ];
+        let half = |x: &[f32; 16]| -> [f32; 8] { std::array::from_fn(|i| x[i]) };
+        let (narrow, masks) = all::<S::F>(s, &half(&self.a), &half(&self.b), &half(&self.c), self.a[3]);
+        let (wide, more) = all::<S::W>(s, &self.a, &self.b, &self.c, self.a[3]);
+        let mut floats: Vec<f32> = narrow.iter().flat_map(|x| x.store()).collect();
+        floats.extend(wide.iter().flat_map(|x| x.store()));
+        floats.extend(s.permute(S::W::load(s, &self.a), &self.indices).store());
         let from: [ChildRef; 8] = std::array::from_fn(|i| ChildRef(100 + i as u32));
-        let mut to = [ChildRef::default(); 8];
-        s.compress(&from, self.mask, &mut to);
+        let to = s.compress(&from, self.mask);
         Answers {
-            floats: floats.map(|x| s.store(x).map(f32::to_bits)).to_vec(),
-            masks: [s.le(a, b), s.lt(a, b)],
+            floats,
+            masks: [masks, more].concat(),
             kept: to[..self.mask.count_ones() as usize].to_vec(),
         }
     }
@@ -49,11 +67,54 @@ impl Kernel for Probe {
 #[test]
 fn all_instruction_sets_agree() {
     // Small integers and quarters: products are exact, so that fused and unfused operations agree.
-    let a = [1.0, -2.5, 0.0, 3.25, f32::INFINITY, -7.0, f32::NAN, 4.0];
-    let b = [1.0, 4.0, -0.5, 3.0, 2.0, -7.0, 1.0, f32::NAN];
-    let c = [0.5, -1.0, 8.0, 2.0, 1.0, 0.25, 3.0, 1.0];
+    let a = [
+        1.0,
+        -2.5,
+        0.0,
+        3.25,
+        f32::INFINITY,
+        -7.0,
+        f32::NAN,
+        4.0,
+        0.5,
+        9.0,
+        -1.0,
+        2.0,
+        -0.0,
+        6.0,
+        7.0,
+        8.0,
+    ];
+    let b = [
+        1.0,
+        4.0,
+        -0.5,
+        3.0,
+        2.0,
+        -7.0,
+        1.0,
+        f32::NAN,
+        0.5,
+        8.0,
+        1.0,
+        -2.0,
+        0.0,
+        5.0,
+        7.5,
+        8.0,
+    ];
+    let c = [
+        0.5, -1.0, 8.0, 2.0, 1.0, 0.25, 3.0, 1.0, 0.0, 1.0, -1.0, 4.0, 2.0, 3.0, 1.5, -8.0,
+    ];
+    let indices = [3, 1, 4, 1, 5, 9, 2, 15, 14, 0, 8, 7, 6, 10, 12, 12];
     for mask in 0..256 {
-        let probe = || Probe { a, b, c, mask };
+        let probe = || Probe {
+            a,
+            b,
+            c,
+            indices,
+            mask,
+        };
         let expected = Level::new(Instructions::Portable).run(probe());
         for instructions in [Instructions::Avx2, Instructions::Avx512] {
             let got = Level::new(instructions).run(probe());
@@ -62,14 +123,9 @@ fn all_instruction_sets_agree() {
                 got.kept, expected.kept,
                 "compression by {mask:08b}, {instructions:?}"
             );
-            for (op, (x, y)) in got.floats.iter().zip(&expected.floats).enumerate() {
-                for lane in 0..8 {
-                    let (x, y) = (f32::from_bits(x[lane]), f32::from_bits(y[lane]));
-                    assert!(
-                        x == y || (x.is_nan() && y.is_nan()),
-                        "operation {op}, lane {lane}, {instructions:?}: {x} against {y}"
-                    );
-                }
+            for (lane, (x, y)) in got.floats.iter().zip(&expected.floats).enumerate() {
+                let same = x == y || (x.is_nan() && y.is_nan());
+                assert!(same, "lane {lane} of all, {instructions:?}: {x} against {y}");
             }
         }
     }
