@@ -35,6 +35,7 @@
 mod block;
 mod build;
 mod exact;
+mod fan;
 mod hit;
 mod lanes;
 mod pages;
@@ -45,6 +46,7 @@ mod tracer;
 mod traverse;
 mod unchecked;
 
+pub use fan::{FanQuery, FanReport, FanScratch};
 pub use hit::{Hit, Surface};
 pub use lanes::Instructions;
 pub use tracer::{LARGEST_COORDINATE, Tracer, Warning};

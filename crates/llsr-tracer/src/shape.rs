@@ -9,7 +9,7 @@ use llsr_scene::{Bounds, ObjectId, Shape};
 
 /// Which canonical surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(crate) enum Kind {
     Sphere,
     Cylinder { capped: bool },
     Cone { capped: bool },
@@ -145,8 +145,22 @@ impl PlacedShape {
 
     /// Does the open segment `p`-`q` cut the surface?
     pub(crate) fn cuts_segment(&self, p: DVec3, q: DVec3) -> bool {
-        let o = self.to_local.transform_point3(p);
-        let d = self.to_local.transform_point3(q) - o;
+        let o = self.localize(p);
+        self.cuts_canonical(o, self.localize(q) - o)
+    }
+
+    /// Which canonical surface this is an image of.
+    pub(crate) fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// A point of the scene in the canonical frame.
+    pub(crate) fn localize(&self, p: DVec3) -> DVec3 {
+        self.to_local.transform_point3(p)
+    }
+
+    /// Does the open segment from `o` to `o + d`, both in the canonical frame, cut the surface?
+    pub(crate) fn cuts_canonical(&self, o: DVec3, d: DVec3) -> bool {
         let (crossings, n) = self.crossings(o, d);
         crossings[..n]
             .iter()

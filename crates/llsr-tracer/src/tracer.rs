@@ -531,3 +531,33 @@ fn double(transform: &glam::Affine3A) -> DAffine3 {
         transform.translation.as_dvec3(),
     )
 }
+
+/// What fan queries need.
+impl Tracer {
+    pub(crate) fn level(&self) -> Level {
+        self.level
+    }
+
+    /// The tree of parts.
+    pub(crate) fn top(&self) -> &WideTree {
+        &self.top
+    }
+
+    pub(crate) fn part(&self, index: usize) -> Option<(&Geometry, Option<&Placement>)> {
+        let part = self.parts.get(index)?;
+        Some((&part.geometry, part.placement.as_ref()))
+    }
+
+    /// The geometry of a tracer whose only part is in the scene's frame.
+    pub(crate) fn only_geometry(&self) -> Option<&Geometry> {
+        match self.parts.as_slice() {
+            [
+                Part {
+                    geometry,
+                    placement: None,
+                },
+            ] => Some(geometry),
+            _ => None,
+        }
+    }
+}

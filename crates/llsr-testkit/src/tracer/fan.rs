@@ -1,0 +1,139 @@
+//! Fans against all triangles, in exact arithmetic.
+
+use std::cmp::Ordering;
+
+use glam::{DVec3, Vec3};
+use llsr_visibility::Partition;
+
+use super::Exact;
+
+/// A stretch of the light between two places where something may change.
+#[derive(Clone, Copy, Debug)]
+pub struct FanCell {
+    /// First parameter.
+    pub lo: f64,
+    /// Last parameter.
+    pub hi: f64,
+    /// How much `lo` moves for a relative change of the coordinates.
+    pub lo_condition: f64,
+    /// How much `hi` moves for a relative change of the coordinates.
+    pub hi_condition: f64,
+    /// Whether some triangle cuts the segment from the point to the light in between.
+    pub blocked: bool,
+}
+
+/// Which part of the segment `a`-`b` the triangles hide from `p`: sorted cells that cover [0, 1].
+///
+/// Cells end where the plane through `p` and an edge meets the light, or where a triangle's plane does; each is decided by
+/// one exact segment. Cost: the square of the number of triangles that the fan's plane cuts.
+pub fn fan_cells(triangles: &[[Vec3; 3]], p: DVec3, a: DVec3, b: DVec3) -> Vec<FanCell> {
+    let cut: Vec<[DVec3; 3]> = triangles
+        .iter()
+        .map(|t| t.map(|v| v.as_dvec3()))
+        .filter(|t| {
+            let sides = t.map(|v| side(p, a, b, v));
+            !sides.iter().all(|&s| s == Ordering::Less) && !sides.iter().all(|&s| s == Ordering::Greater)
+        })
+        .collect();
+    // An event may fall on an end of the light up to rounding.
+    let mut events = vec![(0.0, 1.0), (1.0, 1.0)];
+    for &[u, v, w] in &cut {
+        for (x, y, z) in [(p, u, v), (p, v, w), (p, w, u), (u, v, w)] {
+            events.extend(plane_meets_line(x, y, z, a, b).filter(|&(t, _)| 0.0 < t && t < 1.0));
+        }
+    }
+    events.sort_unstable_by(|x, y| x.0.total_cmp(&y.0));
+    events
+        .windows(2)
+        .map(|pair| {
+            let [(lo, lo_condition), (hi, hi_condition)] = [pair[0], pair[1]];
+            let q = a + (b - a) * (0.5 * (lo + hi));
+            FanCell {
+                lo,
+                hi,
+                lo_condition,
+                hi_condition,
+                blocked: lo < hi && cut.iter().any(|&t| cuts(t, p, q)),
+            }
+        })
+        .collect()
+}
+
+/// How an answer differs from the truth.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FanDisagreement {
+    /// Width of the light that is hidden but was reported visible.
+    pub missed: f64,
+    /// Width of the light that is visible but was reported hidden.
+    pub invented: f64,
+    /// Cells wide enough to be compared.
+    pub compared: usize,
+}
+
+/// Compares a visible set with the cells, each shortened by `tolerance` times the condition number of its ends.
+pub fn disagreement(cells: &[FanCell], visible: &Partition, tolerance: f64) -> FanDisagreement {
+    let mut result = FanDisagreement::default();
+    for cell in cells {
+        let lo = cell.lo + tolerance * cell.lo_condition;
+        let hi = cell.hi - tolerance * cell.hi_condition;
+        if hi - lo <= 1e-12 {
+            continue;
+        }
+        result.compared += 1;
+        let overlap = |from: f64, to: f64| (to.min(hi) - from.max(lo)).max(0.0);
+        let seen: f64 = visible
+            .panels()
+            .iter()
+            .map(|panel| overlap(panel.start, panel.end))
+            .sum();
+        if cell.blocked {
+            result.missed += seen;
+        } else {
+            // The widths of the panels are rounded.
+            let hidden = (hi - lo) - seen;
+            result.invented += if hidden > 1e-15 { hidden } else { 0.0 };
+        }
+    }
+    result
+}
+
+/// Twice the area-weighted height, its rounding scale and its exact sign.
+fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Ordering {
+    let (value, scale) = height(a, b, c, d);
+    if value.abs() > 1e-13 * scale {
+        return value.total_cmp(&0.0);
+    }
+    Exact::orientation(a, b, c, d).sign()
+}
+
+fn height(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> (f64, f64) {
+    let (a, b, c) = (a - d, b - d, c - d);
+    let (m, n, o) = (a.abs(), b.abs(), c.abs());
+    let scale = m.x * (n.y * o.z + n.z * o.y) + m.y * (n.z * o.x + n.x * o.z) + m.z * (n.x * o.y + n.y * o.x);
+    (a.dot(b.cross(c)), scale)
+}
+
+fn cuts([a, b, c]: [DVec3; 3], p: DVec3, q: DVec3) -> bool {
+    let (at_p, at_q) = (side(a, b, c, p), side(a, b, c, q));
+    if at_p == Ordering::Equal || at_q == Ordering::Equal || at_p == at_q {
+        return false;
+    }
+    let turns = [(a, b), (b, c), (c, a)].map(|(x, y)| side(p, q, x, y));
+    !(turns.contains(&Ordering::Less) && turns.contains(&Ordering::Greater))
+}
+
+/// Where the plane x, y, z meets the line a-b, and the condition number; nothing if they are parallel.
+fn plane_meets_line(x: DVec3, y: DVec3, z: DVec3, a: DVec3, b: DVec3) -> Option<(f64, f64)> {
+    let (at_a, scale_a) = height(x, y, z, a);
+    let (at_b, scale_b) = height(x, y, z, b);
+    let accurate = at_a.abs() > 1e-3 * scale_a && at_b.abs() > 1e-3 * scale_b;
+    let (at_a, at_b) = if accurate {
+        (at_a, at_b)
+    } else {
+        let exact = |q| Exact::orientation(x, y, z, q).approximate();
+        (exact(a), exact(b))
+    };
+    let t = at_a / (at_a - at_b);
+    let condition = (scale_a + scale_b) / (at_a - at_b).abs();
+    t.is_finite().then_some((t, condition))
+}

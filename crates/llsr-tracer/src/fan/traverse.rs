@@ -1,0 +1,257 @@
+//! The traversal of one tree by a fan.
+
+use glam::{DVec3, Vec3};
+
+use super::boxes::BoxFilter;
+use super::gaps::Gaps;
+use super::plane::{FanPlane, FanVertex, Shadow, crossing, shadow};
+use super::shapes::block_shape;
+use super::{FanReport, FanScratch};
+use crate::block::TriangleBlock;
+use crate::build::{ChildRef, STACK, WideTree};
+use crate::lanes::{Kernel, Simd};
+use crate::part::Geometry;
+
+/// A subtree that waits, with the light parameters that it may hide.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Waiting {
+    at: ChildRef,
+    t_min: f32,
+    t_max: f32,
+}
+
+/// What limits a traversal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// The most nodes, blocks and shapes to visit.
+    pub(super) budget: u32,
+    /// Whether subtrees whose light parameters are blocked already are left out.
+    pub(super) prune: bool,
+}
+
+/// One fan through the geometry of one part, in that part's frame.
+pub(super) struct FanThroughPart<'a> {
+    pub(super) geometry: &'a Geometry,
+    pub(super) fan: &'a FanPlane,
+    pub(super) limits: Limits,
+    pub(super) scratch: &'a mut FanScratch,
+    pub(super) report: &'a mut FanReport,
+}
+
+impl Kernel for FanThroughPart<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Self {
+            geometry,
+            fan,
+            limits,
+            scratch,
+            report,
+        } = self;
+        let FanScratch { gaps, stack, .. } = scratch;
+        let lanes = geometry.ids.len() / geometry.blocks.len().max(1);
+        walk(
+            &geometry.tree,
+            fan,
+            limits,
+            gaps,
+            stack,
+            report,
+            |at, gaps, report| {
+                if at.is_block() {
+                    block_by_triangles(fan, &geometry.blocks[at.index()], lanes, gaps, report)
+                } else {
+                    let shape = &geometry.shapes[at.index()];
+                    report.shapes += 1;
+                    block_shape(shape, fan.p, fan.a, fan.b, gaps)
+                }
+            },
+        );
+    }
+}
+
+/// One fan through the tree of parts; `visit` is called for each part that it may meet.
+pub(super) struct FanThroughParts<'a, V> {
+    pub(super) top: &'a WideTree,
+    pub(super) fan: &'a FanPlane,
+    pub(super) limits: Limits,
+    pub(super) visit: V,
+    pub(super) stack: &'a mut Vec<Waiting>,
+    pub(super) gaps: &'a mut Gaps,
+    pub(super) report: &'a mut FanReport,
+}
+
+impl<V: FnMut(usize, &mut Gaps, &mut FanReport)> Kernel for FanThroughParts<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let mut visit = self.visit;
+        walk(
+            self.top,
+            self.fan,
+            self.limits,
+            self.gaps,
+            self.stack,
+            self.report,
+            |at, gaps, report| {
+                visit(at.index(), gaps, report);
+                true
+            },
+        );
+    }
+}
+
+/// Visits what the fan may meet and `leaf` until nothing is visible any more. `leaf` says whether it blocked anything.
+#[inline(always)]
+fn walk(
+    tree: &WideTree,
+    fan: &FanPlane,
+    limits: Limits,
+    gaps: &mut Gaps,
+    stack: &mut Vec<Waiting>,
+    report: &mut FanReport,
+    mut leaf: impl FnMut(ChildRef, &mut Gaps, &mut FanReport) -> bool,
+) {
+    if gaps.is_empty() {
+        return;
+    }
+    let mut filter = BoxFilter::new(fan, &tree.bounds);
+    let mut hull = gaps.hull();
+    filter.narrow(fan, hull);
+    stack.clear();
+    stack.reserve(STACK);
+    let mut at = ChildRef::default();
+    loop {
+        if report.visits() >= limits.budget {
+            report.complete = false;
+            return;
+        }
+        if at.is_node() {
+            report.nodes += 1;
+            let node = &tree.nodes[at.index()];
+            let met = filter.meets(node);
+            let mut mask = met.mask;
+            report.pruned_missed += WIDTH_U32 - mask.count_ones();
+            let first = stack.len();
+            // What hides most waits on top.
+            let mut keys = [0f32; crate::build::WIDTH];
+            while mask != 0 {
+                let slot = (mask.trailing_zeros() & 7) as usize;
+                mask &= mask - 1;
+                let entry = Waiting {
+                    at: node.children[slot],
+                    t_min: met.t_min[slot],
+                    t_max: met.t_max[slot],
+                };
+                if limits.prune && !gaps.meets(f64::from(entry.t_min), f64::from(entry.t_max)) {
+                    report.pruned_blocked += 1;
+                    continue;
+                }
+                let width = entry.t_max.min(hull[1] as f32) - entry.t_min.max(hull[0] as f32);
+                let key = width - met.near[slot] * ORDER_NEAR;
+                let mut place = stack.len();
+                stack.push(entry);
+                while place > first && keys[place - first - 1] > key {
+                    stack[place] = stack[place - 1];
+                    keys[place - first] = keys[place - first - 1];
+                    place -= 1;
+                }
+                stack[place] = entry;
+                keys[place - first] = key;
+            }
+        } else if leaf(at, gaps, report) && limits.prune {
+            if gaps.is_empty() {
+                return;
+            }
+            let now = gaps.hull();
+            if now != hull {
+                hull = now;
+                filter.narrow(fan, hull);
+            }
+        }
+        at = loop {
+            let Some(next) = stack.pop() else { return };
+            if !limits.prune || gaps.meets(f64::from(next.t_min), f64::from(next.t_max)) {
+                break next.at;
+            }
+            report.pruned_blocked += 1;
+        };
+    }
+}
+
+const WIDTH_U32: u32 = crate::build::WIDTH as u32;
+const ORDER_NEAR: f32 = 0.0;
+
+/// Blocks what the triangles of a block hide.
+#[inline(always)]
+fn block_by_triangles(
+    fan: &FanPlane,
+    block: &TriangleBlock,
+    lanes: usize,
+    gaps: &mut Gaps,
+    report: &mut FanReport,
+) -> bool {
+    report.blocks += 1;
+    let mut changed = false;
+    // Unused lanes hold nothing that the plane could cut.
+    for lane in 0..lanes {
+        let triangle = block.triangle(lane);
+        changed |= block_by_triangle(fan, triangle, gaps, report);
+    }
+    changed
+}
+
+#[inline(always)]
+fn block_by_triangle(fan: &FanPlane, triangle: [Vec3; 3], gaps: &mut Gaps, report: &mut FanReport) -> bool {
+    let [u, v, w] = triangle.map(|x: Vec3| fan.vertex(DVec3::from(x)));
+    let (nu, nv, nw) = (u.side < 0.0, v.side < 0.0, w.side < 0.0);
+    if nu == nv && nv == nw {
+        return !nu && block_by_edge(fan, triangle, [u, v, w], gaps);
+    }
+    report.triangles += 1;
+    // The vertex that is alone on its side, and the two others.
+    let (lone, x, y) = if nv == nw {
+        (u, v, w)
+    } else if nu == nw {
+        (v, w, u)
+    } else {
+        (w, u, v)
+    };
+    let (c0, c1) = if lone.side < 0.0 {
+        (crossing(&lone, &x), crossing(&lone, &y))
+    } else {
+        (crossing(&x, &lone), crossing(&y, &lone))
+    };
+    if c0.ahead && c1.ahead && !gaps.meets(c0.t.min(c1.t), c0.t.max(c1.t)) {
+        return false;
+    }
+    apply(shadow(fan, triangle, c0, c1), gaps)
+}
+
+/// A triangle above the plane but for an edge that lies exactly in it: edges belong to their triangles.
+#[inline(always)]
+fn block_by_edge(fan: &FanPlane, triangle: [Vec3; 3], vertices: [FanVertex; 3], gaps: &mut Gaps) -> bool {
+    let [u, v, w] = vertices;
+    let (x, y) = match [u, v, w].map(|x| x.side == 0.0) {
+        [true, true, false] => (u, v),
+        [false, true, true] => (v, w),
+        [true, false, true] => (w, u),
+        _ => return false,
+    };
+    apply(shadow(fan, triangle, x.direction(), y.direction()), gaps)
+}
+
+#[inline(always)]
+fn apply(shadow: Shadow, gaps: &mut Gaps) -> bool {
+    match shadow {
+        Shadow::Blocks([[lo0, hi0], [lo1, hi1]]) => gaps.block(lo0, hi0) | gaps.block(lo1, hi1),
+        Shadow::Bridges([lo, hi]) => {
+            gaps.bridge(lo, hi);
+            false
+        }
+        Shadow::Nothing => false,
+    }
+}
