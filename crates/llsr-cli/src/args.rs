@@ -137,6 +137,9 @@ pub(crate) struct RenderArgs {
     /// Render again, more carefully, where the irradiance varies much around a pixel (with tdf)
     #[arg(long, value_enum, value_name = "HOW")]
     pub(crate) refine: Option<Refine>,
+    /// Do work that is left out otherwise, to measure what that saves
+    #[arg(long, value_enum, value_name = "KIND", value_delimiter = ',')]
+    pub(crate) no_skip: Vec<Skip>,
     /// Layers of an .exr beside the picture, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', long_help = LAYERS)]
     pub(crate) aov: Vec<String>,
@@ -149,7 +152,9 @@ pub(crate) struct RenderArgs {
 }
 
 const METHODS: &str = "How the visible part of a light is found:
-  auto                 the best there is for the scene (default)
+  auto                 exact queries; where one is too dear, a search whose ends are then found exactly (default)
+  exact                exact queries, whatever they cost
+  finder               search for any number of changes, to --epsilon and --nu
   tdf                  two-discontinuity finder with random seed bisection (1999)
   rsb, dithered, random-cut, bisection, jittered-bisection
                        two end tests and, where they differ, one change found that way
@@ -169,6 +174,18 @@ const LAYERS: &str = "Layers of an .exr beside the picture, separated by commas:
 pub(crate) enum Shader {
     Direct,
     Glossy,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Skip {
+    /// One answer about the lights for all subsamples of a pixel on one surface
+    Share,
+    /// Lights below the horizon of a surface
+    Horizon,
+    /// Cutting lights at the horizon
+    Clip,
+    /// Subtrees that hide nothing new from a fan query
+    Prune,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -8,8 +8,8 @@ use llsr_quadrature::{
 use llsr_rsb::{Method as Bisection, Stop, uniform};
 use llsr_scene::{AreaShape, EmissionLaw, Light, LightId, LinearLight, Scene};
 use llsr_tdf::{ChangeCoherence, Coherence, Finder, FinderScratch, Shift, Tdf, TdfScratch};
-use llsr_tracer::Tracer;
-use llsr_visibility::{Certificate, Counting, Panel, Partition, Visibility};
+use llsr_tracer::{FanQuery, FanScratch, Tracer};
+use llsr_visibility::{Bracket, Certificate, Counting, Panel, Partition, Visibility};
 use rand_pcg::Pcg64Mcg;
 
 use crate::search::{samples_to_panels, single_change};
@@ -70,7 +70,13 @@ pub struct Scratch {
     answers: Vec<bool>,
     samples: Vec<(f64, bool)>,
     mapped: Partition,
+    fan: FanScratch,
+    widest_untested: f64,
 }
+
+/// Nodes, blocks and shapes that [`Method::Auto`] lets a fan query visit before it searches instead: a search costs about
+/// as much as this many.
+const FAN_BUDGET: u32 = 400;
 
 /// What one light does to one surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -236,12 +242,16 @@ impl<'a> DirectLight<'a> {
             position: surface.position,
             normal: surface.shading_normal,
         };
-        let above = horizon_clip(&face, line.a, line.b).and_then(|(t0, t1)| {
+        let wasteful = self.settings.wasteful;
+        let mut above = horizon_clip(&face, line.a, line.b).and_then(|(t0, t1)| {
             let irradiance = LineIrradiance::new(&receiver, line);
             let (s0, s1) = irradiance.lit_range()?;
             let (t0, t1) = (t0.max(s0), t1.min(s1));
             (t0 < t1).then_some((irradiance, t0, t1))
         });
+        if wasteful.clip || (wasteful.horizon && above.is_none()) {
+            above = Some((LineIrradiance::new(&receiver, line), 0.0, 1.0));
+        }
         let Some((irradiance, t0, t1)) = above else {
             state.clear();
             work.statistics.skipped.below_horizon += 1;
@@ -307,26 +317,15 @@ impl<'a> DirectLight<'a> {
     ) -> f64 {
         let settings = self.settings;
         match settings.method {
-            Method::Auto => {
-                let Work {
-                    at,
-                    rng,
-                    scratch,
-                    statistics,
-                    ..
-                } = work;
-                let finder = Finder {
-                    epsilon: settings.epsilon,
-                    nu: settings.nu,
-                };
-                let shift = Shift {
-                    lattice: self.dither(*at),
-                    cover: uniform(rng),
-                };
-                let visible = &mut scratch.visible;
-                let report = finder.find(oracle, &mut state.changes, shift, &mut scratch.finder, visible);
-                statistics.end_tests += u64::from(report.end_tests);
+            Method::Exact => {
+                self.fan(oracle, stretch, u32::MAX, work);
             }
+            Method::Auto => {
+                if !self.fan(oracle, stretch, FAN_BUDGET, work) {
+                    self.search_and_polish(oracle, stretch, state, work);
+                }
+            }
+            Method::Finder => self.any_number(oracle, state, work),
             Method::Gauss | Method::Hpd | Method::Stratified | Method::Uniform => {
                 return self.sampled(oracle, stretch, &mut work.rng, work.scratch);
             }
@@ -353,6 +352,119 @@ impl<'a> DirectLight<'a> {
             }
         }
         stretch.panels(&work.scratch.visible)
+    }
+
+    /// One exact query for the whole stretch; leaves the result in `scratch.visible`. False if the budget was spent.
+    fn fan(
+        &self,
+        oracle: &mut Counting<Toward<'_>>,
+        stretch: &Stretch,
+        budget: u32,
+        work: &mut Work<'_>,
+    ) -> bool {
+        let Toward {
+            from, line, t0, span, ..
+        } = *oracle.inner();
+        let prune = !self.settings.wasteful.prune;
+        let query = FanQuery {
+            t0,
+            t1: t0 + span,
+            budget,
+            prune,
+            ..FanQuery::new(from, line.a, line.b)
+        };
+        let Scratch {
+            fan, mapped, visible, ..
+        } = &mut *work.scratch;
+        let report = self.tracer.fan(&query, fan, mapped);
+        work.statistics.fans.count(&report);
+        visible.clear();
+        visible.set_certificate(mapped.certificate());
+        for panel in mapped.panels() {
+            visible.push(Panel::exact(
+                stretch.inside(panel.start),
+                stretch.inside(panel.end),
+            ));
+        }
+        report.complete
+    }
+
+    /// The finder for any number of changes; leaves the result in `scratch.visible`.
+    fn any_number(&self, oracle: &mut Counting<Toward<'_>>, state: &mut LineState, work: &mut Work<'_>) {
+        let Work {
+            at,
+            rng,
+            scratch,
+            statistics,
+            ..
+        } = work;
+        let finder = Finder {
+            epsilon: self.settings.epsilon,
+            nu: self.settings.nu,
+        };
+        let shift = Shift {
+            lattice: self.dither(*at),
+            cover: uniform(rng),
+        };
+        let report = finder.find(
+            oracle,
+            &mut state.changes,
+            shift,
+            &mut scratch.finder,
+            &mut scratch.visible,
+        );
+        statistics.end_tests += u64::from(report.end_tests);
+        scratch.widest_untested = report.widest_untested;
+    }
+
+    /// For a fan too dear to cover: changes are bracketed by the finder, and each bracket's end is then found exactly.
+    fn search_and_polish(
+        &self,
+        oracle: &mut Counting<Toward<'_>>,
+        stretch: &Stretch,
+        state: &mut LineState,
+        work: &mut Work<'_>,
+    ) {
+        self.any_number(oracle, state, work);
+        let Toward { from, line, .. } = *oracle.inner();
+        let Scratch {
+            visible,
+            mapped,
+            fan,
+            widest_untested,
+            ..
+        } = &mut *work.scratch;
+        mapped.clear();
+        let mut exact = true;
+        let mut polish = |t: f64, uncertainty: f64, visible_at_lo: bool| -> f64 {
+            if uncertainty == 0.0 {
+                return t;
+            }
+            let (lo, hi) = ((t - uncertainty).max(0.0), (t + uncertainty).min(1.0));
+            let bracket = Bracket::new(stretch.at(lo), stretch.at(hi), visible_at_lo);
+            work.statistics.fans.polished += 1;
+            match self.tracer.polish(from, line.a, line.b, bracket, fan) {
+                Some(change) => stretch.inside(change),
+                None => {
+                    exact = false;
+                    t
+                }
+            }
+        };
+        let mut end_before = 0.0;
+        for panel in visible.panels() {
+            let start = polish(panel.start, panel.start_uncertainty, false).max(end_before);
+            let end = polish(panel.end, panel.end_uncertainty, true);
+            mapped.push(Panel::exact(start, end));
+            end_before = end.max(start);
+        }
+        let certificate = if exact {
+            Certificate::BoundedGaps(*widest_untested)
+        } else {
+            Certificate::Sampled
+        };
+        mapped.set_certificate(certificate);
+        std::mem::swap(visible, mapped);
     }
 
     /// The two-discontinuity finder, or a search for a single change; leaves the result in `scratch.visible`.
@@ -485,13 +597,22 @@ struct Stretch {
 }
 
 impl Stretch {
+    /// The light parameter at `u` in [0, 1] of the stretch.
+    fn at(&self, u: f64) -> f64 {
+        self.t0 + self.span * u
+    }
+
+    /// The place in [0, 1] of the stretch of a light parameter.
+    fn inside(&self, t: f64) -> f64 {
+        ((t - self.t0) / self.span).clamp(0.0, 1.0)
+    }
+
     /// Irradiance of the visible panels, which are in parameters of the stretch.
     fn panels(&self, visible: &Partition) -> f64 {
-        let at = |t: f64| self.t0 + self.span * t;
         visible
             .panels()
             .iter()
-            .map(|panel| self.irradiance.panel(at(panel.start), at(panel.end)))
+            .map(|panel| self.irradiance.panel(self.at(panel.start), self.at(panel.end)))
             .sum()
     }
 }
@@ -559,6 +680,7 @@ fn source(light: &Light) -> Source {
 }
 
 /// The oracle: shadow rays from a surface point to the stretch `t0 + span * [0, 1]` of a light.
+#[derive(Clone, Copy)]
 struct Toward<'a> {
     tracer: &'a Tracer,
     from: DVec3,

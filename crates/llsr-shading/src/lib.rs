@@ -9,12 +9,13 @@ mod random;
 mod render;
 mod search;
 mod settings;
+mod share;
 mod statistics;
 mod surface;
 
 pub use direct::{DirectLight, LightAnswer, LightState, Scratch};
 pub use film::{Film, Layer};
 pub use render::{Interrupted, Rendered, TILE, render, tile_count};
-pub use settings::{Method, Settings};
-pub use statistics::{HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
+pub use settings::{Method, Settings, Wasteful};
+pub use statistics::{FanCounts, HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
 pub use surface::SurfacePoint;

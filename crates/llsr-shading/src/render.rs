@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::direct::{Pixel, Work};
 use crate::random::{mix, stream};
+use crate::share::{representative, split_surface};
 use crate::{DirectLight, Film, Layer, LightAnswer, LightState, Scratch, Settings, Statistics, SurfacePoint};
 
 /// Width and height of a tile in pixels: wide, because coherence runs along rows and starts anew at each tile.
@@ -202,6 +203,7 @@ impl Tile {
 struct Brush {
     scratch: Scratch,
     states: Vec<LightState>,
+    surfaces: Vec<SurfacePoint>,
     pixel: Vec<f64>,
 }
 
@@ -247,45 +249,73 @@ impl Painter<'_> {
 
     /// Adds up all subsamples of one pixel in `brush.pixel`.
     fn pixel(&self, x: u32, y: u32, brush: &mut Brush, statistics: &mut Statistics) {
-        let weight = 1.0 / f64::from(self.settings.spp);
+        let spp = self.settings.spp;
+        let weight = 1.0 / f64::from(spp);
         let index = u64::from(y) * u64::from(self.viewport.width) + u64::from(x);
-        for subsample in 0..self.settings.spp {
-            let (dx, dy) = subpixel(self.settings.spp, subsample, mix(self.settings.seed ^ mix(index)));
+        let seed = mix(self.settings.seed ^ mix(index));
+        let mut surfaces = std::mem::take(&mut brush.surfaces);
+        surfaces.clear();
+        for subsample in 0..spp {
+            let (dx, dy) = subpixel(spp, subsample, seed);
             let (origin, direction) = self
                 .camera
                 .ray(self.viewport, f64::from(x) + dx, f64::from(y) + dy);
-            statistics.primary_rays += 1;
             let hit = self.tracer.closest(origin, direction, f64::INFINITY);
             let surface = hit.map(|hit| SurfacePoint::new(self.scene, &hit, direction));
-            if let Some(surface) = &surface {
-                statistics.hits += 1;
+            self.geometry_layers(surface.as_ref(), weight, &mut brush.pixel);
+            surfaces.extend(surface);
+        }
+        statistics.primary_rays += u64::from(spp);
+        statistics.hits += surfaces.len() as u64;
+        if self.settings.share && spp > 1 {
+            surfaces.sort_by_key(|surface| surface.object);
+            let mut rest = surfaces.as_mut_slice();
+            let mut subsample = 0;
+            while !rest.is_empty() {
+                let (same, others) = split_surface(rest);
                 let at = Pixel {
                     x,
                     y,
                     index,
                     subsample,
                 };
-                self.surface(surface, at, weight, brush, statistics);
+                self.surface(same, at, weight, brush, statistics);
+                subsample += 1;
+                rest = others;
             }
-            self.geometry_layers(surface.as_ref(), weight, &mut brush.pixel);
+        } else {
+            for (subsample, surface) in surfaces.iter().enumerate() {
+                let at = Pixel {
+                    x,
+                    y,
+                    index,
+                    subsample: subsample as u32,
+                };
+                self.surface(std::slice::from_ref(surface), at, weight, brush, statistics);
+            }
         }
+        brush.surfaces = surfaces;
     }
 
-    /// Light on a surface point, added to the picture and to the layers that concern light.
+    /// Light on points of one surface, added to the picture and to the layers that concern light; `weight` is that of
+    /// one point.
     fn surface(
         &self,
-        surface: &SurfacePoint,
+        points: &[SurfacePoint],
         at: Pixel,
         weight: f64,
         brush: &mut Brush,
         statistics: &mut Statistics,
     ) {
+        let surface = &representative(points);
+        let weight = weight * points.len() as f64;
         let mut radiance = surface.emission.as_dvec3();
         let mut sum = LightAnswer::default();
         let Brush {
             scratch,
             states,
             pixel,
+            ..
         } = brush;
         let material = &self.scene.materials[surface.material.index()];
         let reflection = MetalRough {

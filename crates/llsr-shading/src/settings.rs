@@ -11,6 +11,10 @@ pub enum Method {
     /// The best there is for the scene.
     #[default]
     Auto,
+    /// One exact fan query for each light, whatever it costs.
+    Exact,
+    /// The finder for any number of changes, to epsilon and nu, without exact queries.
+    Finder,
     /// Two-discontinuity finder with random seed bisection (Ouellette & Fiume 1999, section 5).
     Tdf,
     /// Both ends are tested; where they differ, random seed bisection (section 3.4).
@@ -35,8 +39,10 @@ pub enum Method {
 
 impl Method {
     /// All methods, in the order of the command line.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Auto,
+        Self::Exact,
+        Self::Finder,
         Self::Tdf,
         Self::Rsb,
         Self::Dithered,
@@ -53,6 +59,8 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
+            Self::Exact => "exact",
+            Self::Finder => "finder",
             Self::Tdf => "tdf",
             Self::Rsb => "rsb",
             Self::Dithered => "dithered",
@@ -87,6 +95,17 @@ impl FromStr for Method {
     }
 }
 
+/// Work that can be left out without changing the picture, and is unless stated here.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wasteful {
+    /// Search lights that lie wholly below the horizon.
+    pub horizon: bool,
+    /// Search the part of a light below the horizon too.
+    pub clip: bool,
+    /// Visit subtrees that hide nothing new.
+    pub prune: bool,
+}
+
 /// What to compute for each pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -100,6 +119,10 @@ pub struct Settings {
     pub samples: u32,
     /// Rays through a pixel, at least 1; a single one goes through the centre.
     pub spp: u32,
+    /// Whether subsamples of a pixel that lie on one surface share one answer about the lights.
+    pub share: bool,
+    /// Work that is done although the picture does not need it, to measure what leaving it out saves.
+    pub wasteful: Wasteful,
     /// Lines that stand for a light with an area, at least 1.
     pub light_lines: u32,
     /// Whether surfaces reflect as glTF's metal-rough model has it (GGX and Lambert), or as Lambert alone.
@@ -121,6 +144,8 @@ impl Default for Settings {
             nu: 0.25,
             samples: 16,
             spp: 1,
+            share: true,
+            wasteful: Wasteful::default(),
             light_lines: 4,
             glossy: false,
             refine: false,

@@ -1,6 +1,7 @@
 //! What a rendering did, counted.
 
 use llsr_tdf::{Answer, TdfReport};
+use llsr_tracer::FanReport;
 
 /// Number of discontinuities from which on all are counted together.
 pub const HISTOGRAM_LEN: usize = 17;
@@ -81,6 +82,42 @@ impl TdfCounts {
     }
 }
 
+/// Counts of exact fan queries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FanCounts {
+    /// Queries over the part of a light above the horizon.
+    pub queries: u64,
+    /// Queries that met no triangle and no primitive.
+    pub empty: u64,
+    /// Queries whose budget was spent, so that a search took over.
+    pub over_budget: u64,
+    /// Nodes, blocks and shapes visited.
+    pub visits: u64,
+    /// Subtrees left out because what they can hide was blocked already.
+    pub pruned_blocked: u64,
+    /// Ends of brackets that were found exactly after a search.
+    pub polished: u64,
+}
+
+impl FanCounts {
+    pub(crate) fn count(&mut self, report: &FanReport) {
+        self.queries += 1;
+        self.empty += u64::from(report.blocks == 0 && report.shapes == 0);
+        self.over_budget += u64::from(!report.complete);
+        self.visits += u64::from(report.visits());
+        self.pruned_blocked += u64::from(report.pruned_blocked);
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.queries += other.queries;
+        self.empty += other.empty;
+        self.over_budget += other.over_budget;
+        self.visits += other.visits;
+        self.pruned_blocked += other.pruned_blocked;
+        self.polished += other.polished;
+    }
+}
+
 /// Counts over a picture. "Pair" means a hit pixel (or subsample) and a light.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Statistics {
@@ -102,6 +139,8 @@ pub struct Statistics {
     pub discontinuities: [u64; HISTOGRAM_LEN],
     /// What the two-discontinuity finder did, by its state.
     pub tdf: TdfCounts,
+    /// What exact queries did.
+    pub fans: FanCounts,
     /// Pixels that were rendered again because the irradiance varies much around them.
     pub refined: u64,
     /// Pairs left out.
@@ -120,6 +159,7 @@ impl Default for Statistics {
             umbra: 0,
             discontinuities: [0; HISTOGRAM_LEN],
             tdf: TdfCounts::default(),
+            fans: FanCounts::default(),
             refined: 0,
             skipped: Skipped::default(),
         }
@@ -154,6 +194,7 @@ impl Statistics {
             *mine += theirs;
         }
         self.tdf.add(&other.tdf);
+        self.fans.add(&other.fans);
         self.refined += other.refined;
         self.skipped.below_horizon += other.skipped.below_horizon;
         self.skipped.no_power += other.skipped.no_power;

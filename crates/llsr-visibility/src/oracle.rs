@@ -74,6 +74,11 @@ impl<V: Visibility> Counting<V> {
         self.tests
     }
 
+    /// The wrapped oracle.
+    pub fn inner(&self) -> &V {
+        &self.oracle
+    }
+
     /// Gives back the wrapped oracle.
     pub fn into_inner(self) -> V {
         self.oracle

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use llsr_io::{Development, Image, Tone, exposure_for, write_exr, write_png};
 use llsr_scene::Viewport;
-use llsr_shading::{Layer, Rendered, Settings, Statistics, render, tile_count};
+use llsr_shading::{Layer, Rendered, Settings, Statistics, Wasteful, render, tile_count};
 use llsr_tracer::Tracer;
 use serde_json::{Value, json};
 
@@ -177,6 +177,12 @@ fn settings(args: &RenderArgs, common: &Common, scene: &llsr_scene::Scene) -> Re
         nu: args.nu,
         samples: args.samples,
         spp: args.spp,
+        share: !args.no_skip.contains(&args::Skip::Share),
+        wasteful: Wasteful {
+            horizon: args.no_skip.contains(&args::Skip::Horizon),
+            clip: args.no_skip.contains(&args::Skip::Clip),
+            prune: args.no_skip.contains(&args::Skip::Prune),
+        },
         light_lines: args.light_lines,
         glossy: args.shader == args::Shader::Glossy,
         refine: args.refine.is_some(),
@@ -227,11 +233,19 @@ pub(crate) fn statistics_json(statistics: &Statistics) -> Value {
         },
         "hits": statistics.hits,
         "refined_pixels": statistics.refined,
+        "fans": {
+            "queries": statistics.fans.queries,
+            "over_budget": statistics.fans.over_budget,
+            "polished": statistics.fans.polished,
+            "visits": statistics.fans.visits,
+        },
         "discontinuity_histogram": histogram[..used],
         "skipped": {
             "below_horizon": statistics.skipped.below_horizon,
             "no_power": statistics.skipped.no_power,
             "horizon_clipped": statistics.skipped.horizon_clipped,
+            "empty_fans": statistics.fans.empty,
+            "pruned_subtrees": statistics.fans.pruned_blocked,
         },
     })
 }
