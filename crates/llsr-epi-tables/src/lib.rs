@@ -16,11 +16,14 @@
 //! ```
 
 mod geometry;
+mod pack;
 mod reach;
 mod source;
 
 pub use geometry::{CORNERS, Grid, Side};
 pub use reach::{Direction, PP, PS, SP, SS, chain, neighbour};
+
+use pack::{corners, pack_lenders, pack_sides};
 
 /// Edge code of a pixel without an edge: a pair of ends that no edge can have.
 pub const EMPTY: usize = 0;
@@ -136,37 +139,6 @@ impl Tables {
             ("half_area", wide(&self.half_area)),
         ]
     }
-}
-
-fn pack_sides(grid: Grid, (first, second): (usize, usize)) -> u32 {
-    let mut packed = 0;
-    for row in 0..grid.regions {
-        for column in 0..grid.regions {
-            let field = match grid.side(first, second, column, row) {
-                Side::Ambiguous => 0,
-                Side::Primary => 1,
-                Side::Secondary => 2,
-            };
-            packed |= field << (2 * (row * grid.regions + column));
-        }
-    }
-    packed
-}
-
-fn corners(grid: Grid, code: usize) -> u8 {
-    match code {
-        EMPTY => 0,
-        _ if grid.same_side(code / 32, code % 32) => COMPLEX_CORNERS,
-        _ => grid.secondary_corners(code / 32, code % 32),
-    }
-}
-
-/// The first five, the last one repeated where there are fewer.
-fn pack_lenders(neighbours: &[u8]) -> u16 {
-    let Some(&last) = neighbours.last() else { return 0 };
-    (0..5).fold(0, |packed, i| {
-        packed | u16::from(*neighbours.get(i).unwrap_or(&last)) << (3 * i)
-    })
 }
 
 #[cfg(test)]
