@@ -6,6 +6,7 @@ mod golden;
 mod layers;
 mod run;
 mod stats;
+mod stress;
 mod tables;
 mod tidy;
 
@@ -19,6 +20,7 @@ cargo xtask TASK
   ci         test, then checks
 
   golden [--bless NAME]   compare the golden pictures, or write one anew
+  stress [SHARE]          exact visibility and intervals against exact arithmetic, millions of cases
   figures of99            the figures and tables of the 1999 paper, into docs/papers/of99
 
   fmt clippy doc msrv tidy layers stats deny     one check alone
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
         Some("ci") => checks::test(rest).and_then(|()| all_checks()),
         Some("golden") => golden::run(rest),
         Some("figures") => figures::run(rest),
+        Some("stress") => stress::run(rest),
         Some(name) => match CHECKS.iter().find(|check| check.0 == name) {
             Some((_, check)) => check(),
             None => Err(format!("there is no task '{name}'\n\n{HELP}")),
