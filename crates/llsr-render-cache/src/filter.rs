@@ -66,7 +66,7 @@ pub(crate) struct FilterScratch {
     /// Of the row at hand: the depth, infinite without a point, and the tag of each pixel; set by the caller.
     pub(crate) depth: Vec<f32>,
     pub(crate) tag: Vec<u32>,
-    /// Not 0 where the point of the row is to be dropped.
+    /// Not 0 where a point, should there be one, is surrounded.
     pub(crate) hidden: Vec<u32>,
     reach: usize,
     width: usize,
@@ -137,8 +137,7 @@ impl FilterScratch {
                 larger(above_left[x], above_right[x]),
                 larger(below_left[x], below_right[x]),
             );
-            let there = depth[x] < f32::INFINITY;
-            hidden[x] = u32::from(there & (farthest < depth[x] * keep));
+            hidden[x] = u32::from(farthest < depth[x] * keep);
         }
     }
 
@@ -157,24 +156,41 @@ impl FilterScratch {
         for (d, key) in self.line[reach..][..self.width].iter_mut().zip(keys) {
             *d = f32::from_bits((key >> 32) as u32);
         }
-        out.copy_from_slice(&self.line[..columns]);
-        for step in 1..reach {
-            for (o, d) in out.iter_mut().zip(&self.line[step..]) {
-                *o = smaller(*o, *d);
-            }
-        }
+        let line = &self.line;
+        least(out, reach, |step| &line[step..]);
     }
 
     #[inline(always)]
     fn add_block(&mut self, y: isize) {
         let (reach, columns) = (self.reach, self.columns());
         let out = &mut self.block[slot(y, reach + 2) * columns..][..columns];
-        out.copy_from_slice(&self.across[slot(y, reach) * columns..][..columns]);
-        for step in 1..reach as isize {
-            let across = &self.across[slot(y + step, reach) * columns..][..columns];
-            for (o, a) in out.iter_mut().zip(across) {
-                *o = smaller(*o, *a);
-            }
+        let across = &self.across;
+        least(out, reach, |step| {
+            &across[slot(y + step as isize, reach) * columns..]
+        });
+    }
+}
+
+/// The least of `count` rows, element by element; two or three at a time.
+#[inline(always)]
+fn least<'a>(out: &mut [f32], count: usize, row: impl Fn(usize) -> &'a [f32]) {
+    let columns = out.len();
+    let row = |i: usize| &row(i)[..columns];
+    if count < 3 {
+        let (a, b) = (row(0), row(count - 1));
+        for x in 0..columns {
+            out[x] = smaller(a[x], b[x]);
+        }
+        return;
+    }
+    let (a, b, c) = (row(0), row(1), row(2));
+    for x in 0..columns {
+        out[x] = smaller(smaller(a[x], b[x]), c[x]);
+    }
+    for i in (3..count).step_by(2) {
+        let (a, b) = (row(i), row((i + 1).min(count - 1)));
+        for x in 0..columns {
+            out[x] = smaller(out[x], smaller(a[x], b[x]));
         }
     }
 }

@@ -1,7 +1,7 @@
-//! The order of a Hilbert curve over a picture, in tiles of 8x8 pixels.
+//! The order of a Hilbert curve over a picture, in tiles of 4x4 pixels.
 
 /// Pixels along the side of a tile.
-pub(crate) const TILE: usize = 8;
+pub(crate) const TILE: usize = 4;
 
 /// One tile on the curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub(crate) struct Tile {
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
     pub(crate) tiles: Vec<Tile>,
-    /// Column and row of the 64 pixels of a tile, for each orientation of the curve.
+    /// Column and row of the 16 pixels of a tile, for each orientation of the curve.
     pub(crate) orders: Vec<[(u8, u8); TILE * TILE]>,
 }
 
@@ -134,7 +134,10 @@ mod tests {
     fn walk(width: usize, height: usize) -> Vec<(i32, i32)> {
         let curve = Curve::new(width, height);
         let step = |tile: &Tile| {
-            let (x, y) = (i32::from(tile.column) * 8, i32::from(tile.row) * 8);
+            let (x, y) = (
+                i32::from(tile.column) * TILE as i32,
+                i32::from(tile.row) * TILE as i32,
+            );
             curve.orders[usize::from(tile.order)].map(|(dx, dy)| (x + i32::from(dx), y + i32::from(dy)))
         };
         curve.tiles.iter().flat_map(step).collect()

@@ -1,7 +1,7 @@
 //! The picture of points: what falls into each pixel.
 
 use crate::filter::{DepthFilter, FilterScratch};
-use crate::project::{self, Entries, Level, List, ListMut, SLOT_MASK};
+use crate::project::{self, Entries, Level, List, ListMut, REGION_SHIFT, SETTLED, SLOT_MASK, Task};
 use crate::store::{LANES, PointStore};
 use crate::view::View;
 use crate::{Error, finish};
@@ -25,8 +25,9 @@ pub(crate) const BLOCK: usize = 1024;
 #[derive(Clone, Debug)]
 pub struct PointImage {
     pub(crate) view: View,
+    filter: DepthFilter,
     stride: usize,
-    /// Depth bits << 32 | region << 28 | slot of the nearest point, whether it is hidden or not.
+    /// Depth bits << 32 | tag of the nearest point, whether it is hidden or not.
     pub(crate) keys: Vec<u64>,
     pub(crate) planes: Planes,
     scratch: Vec<FilterScratch>,
@@ -72,6 +73,7 @@ impl PointImage {
     pub fn new(width: u32, height: u32) -> Result<Self, Error> {
         let mut image = Self {
             view: View::new(&glam::Mat4::ZERO, width, height)?,
+            filter: DepthFilter::default(),
             stride: 0,
             keys: Vec::new(),
             planes: Planes::default(),
@@ -95,19 +97,20 @@ impl PointImage {
     /// Proportional to the slots of the store plus the pixels. No memory is allocated unless picture or store grew.
     pub fn reproject(&mut self, store: &PointStore, view: &View, filter: &DepthFilter) {
         self.set_view(*view);
+        self.filter = *filter;
         self.keys.fill(NO_KEY);
         self.list.reserve(BLOCK + LANES);
         let level = Level::detect();
-        let stride = self.stride as u32;
+        let task = self.task(store);
         let room = self.list.pixel.len();
         for mut list in self.list.chunks_mut(room) {
             for first in (0..store.slots()).step_by(BLOCK) {
                 let range = (first, (first + BLOCK).min(store.slots()));
-                let count = project::project(level, store, view, stride, range, &mut list);
+                let count = project::project(level, &task, range, &mut list);
                 resolve(&mut self.keys, list.entries(count));
             }
         }
-        for band in self.finish_bands(store, filter, 1) {
+        for band in self.finish_bands(store, 1) {
             band.run();
         }
     }
@@ -122,7 +125,7 @@ impl PointImage {
     /// # let view = View::new(&glam::Mat4::IDENTITY, 64, 64)?;
     /// # let filter = DepthFilter::default();
     /// std::thread::scope(|scope| {
-    ///     for chunk in image.project_chunks(&store, &view, 2) {
+    ///     for chunk in image.project_chunks(&store, &view, &filter, 2) {
     ///         scope.spawn(|| chunk.run());
     ///     }
     /// });
@@ -132,7 +135,7 @@ impl PointImage {
     ///     }
     /// });
     /// std::thread::scope(|scope| {
-    ///     for band in image.finish_bands(&store, &filter, 2) {
+    ///     for band in image.finish_bands(&store, 2) {
     ///         scope.spawn(|| band.run());
     ///     }
     /// });
@@ -142,25 +145,25 @@ impl PointImage {
         &'a mut self,
         store: &'a PointStore,
         view: &View,
+        filter: &DepthFilter,
         chunks: usize,
     ) -> impl Iterator<Item = ProjectChunk<'a>> {
         self.set_view(*view);
+        self.filter = *filter;
         let points = store.slots().div_ceil(chunks.max(1)).next_multiple_of(LANES);
         let chunks = store.slots().div_ceil(points);
         self.chunk_room = points + LANES;
         self.list.reserve(chunks * self.chunk_room);
         self.lists.clear();
         self.lists.resize(chunks, ChunkList::default());
-        let (view, stride) = (self.view, self.stride as u32);
+        let task = self.task(store);
         let rooms = self
             .list
             .chunks_mut(self.chunk_room)
             .zip(&mut self.lists)
             .enumerate();
         rooms.map(move |(i, (list, out))| ProjectChunk {
-            store,
-            view,
-            stride,
+            task,
             range: (i * points, ((i + 1) * points).min(store.slots())),
             list,
             out,
@@ -195,7 +198,6 @@ impl PointImage {
     pub fn finish_bands<'a>(
         &'a mut self,
         store: &'a PointStore,
-        filter: &DepthFilter,
         bands: usize,
     ) -> impl Iterator<Item = FinishBand<'a>> {
         let rows = self.rows_in_band(bands);
@@ -209,7 +211,7 @@ impl PointImage {
         self.counts.resize(count, Counts::default());
         let keys = &self.keys[..];
         let planes = &mut self.planes;
-        let filter = *filter;
+        let filter = self.filter;
         let region = planes
             .region
             .chunks_mut(pixels)
@@ -297,6 +299,15 @@ impl PointImage {
         (slot != SLOT_MASK).then_some(slot as usize)
     }
 
+    fn task<'a>(&self, store: &'a PointStore) -> Task<'a> {
+        Task {
+            store,
+            view: self.view,
+            stride: self.stride as u32,
+            fresh: self.filter.fresh,
+        }
+    }
+
     fn rows_in_band(&self, bands: usize) -> usize {
         (self.view.height as usize).div_ceil(bands.max(1))
     }
@@ -337,9 +348,7 @@ fn resolve(keys: &mut [u64], [pixel, depth, tag]: Entries<'_>) {
 /// A part of the points to be projected; see [`PointImage::project_chunks`].
 #[derive(Debug)]
 pub struct ProjectChunk<'a> {
-    store: &'a PointStore,
-    view: View,
-    stride: u32,
+    task: Task<'a>,
     range: (usize, usize),
     list: ListMut<'a>,
     out: &'a mut ChunkList,
@@ -348,15 +357,7 @@ pub struct ProjectChunk<'a> {
 impl ProjectChunk<'_> {
     /// Does this part of the work.
     pub fn run(mut self) {
-        let level = Level::detect();
-        self.out.len = project::project(
-            level,
-            self.store,
-            &self.view,
-            self.stride,
-            self.range,
-            &mut self.list,
-        );
+        self.out.len = project::project(Level::detect(), &self.task, self.range, &mut self.list);
     }
 }
 
@@ -438,10 +439,6 @@ impl FinishBand<'_> {
                 (*depth, *tag) = (f32::from_bits((key >> 32) as u32), *key as u32);
             }
             scratch.row(y, keep, row);
-            if self.filter.reach() > 0 {
-                spare_fresh(self.store, self.filter.fresh, &scratch.tag, &mut scratch.hidden);
-            }
-
             let (depths, tags) = (&scratch.depth[..width], &mut scratch.tag[..width]);
             let hidden = &scratch.hidden[..width];
             let out_depth = &mut self.depth[at.clone()][..width];
@@ -449,7 +446,7 @@ impl FinishBand<'_> {
             let (mut there, mut shown) = (0, 0);
             for x in 0..width {
                 let found = depths[x] < f32::INFINITY;
-                let show = found & (hidden[x] == 0);
+                let show = found & ((hidden[x] == 0) | (tags[x] & SETTLED == 0));
                 there += u32::from(found);
                 shown += u32::from(show);
                 out_depth[x] = if show { depths[x] } else { f32::INFINITY };
@@ -463,7 +460,7 @@ impl FinishBand<'_> {
             let out_region = &mut self.region[at.clone()][..width];
             for ((region, tag), slot) in out_region.iter_mut().zip(&*tags).zip(&*out_slot) {
                 let occupied = if *slot == NO_SLOT { 0 } else { u32::from(OCCUPIED) };
-                *region = (tag >> project::SLOT_BITS | occupied) as u8;
+                *region = (tag >> REGION_SHIFT | occupied) as u8;
             }
             let colours = &self.store.colour[..];
             // Of the same length, so that one check of bounds serves both.
@@ -478,23 +475,5 @@ impl FinishBand<'_> {
             }
         }
         *self.counts = counts;
-    }
-}
-
-/// Clears the marks of points too young to be dropped. Marks are few: eight pixels are looked at together.
-#[inline(always)]
-fn spare_fresh(store: &PointStore, fresh: u8, tags: &[u32], hidden: &mut [u32]) {
-    let spare = |tag: u32, mark: &mut u32| {
-        // Only points are marked.
-        if *mark != 0 && store.age[(tag & SLOT_MASK) as usize] < fresh {
-            *mark = 0;
-        }
-    };
-    for (marks, tags) in hidden.chunks_mut(8).zip(tags.chunks(8)) {
-        if marks.iter().fold(0, |any, mark| any | mark) != 0 {
-            for (mark, tag) in marks.iter_mut().zip(tags) {
-                spare(*tag, mark);
-            }
-        }
     }
 }

@@ -9,7 +9,7 @@
 use crate::Error;
 use crate::image::BLOCK;
 use crate::priority::Priorities;
-use crate::project::{self, Level, List};
+use crate::project::{self, Level, List, Task};
 use crate::request::{Chooser, Request};
 use crate::store::{LANES, PointStore};
 use crate::view::View;
@@ -50,8 +50,9 @@ impl Prediction {
     /// Counts the points in each cell of `view` and sets the priorities of the cells: 255 for a cell without a point,
     /// 0 for one with `enough` points or more.
     ///
-    /// Of the points one group of 16 in `share` is looked at, beginning with group `start`: let it be the number of the
-    /// frame, so that all are looked at in turn. `enough` counts all points of the cell: 13 is one in five pixels.
+    /// Of the points one group of 16 in `share` is looked at, up to 8 for cells to get an even share; which ones depends
+    /// on `start`: let it be the number of the frame, so that all are looked at in turn. `enough` counts all points of the
+    /// cell: 13 is one in five pixels.
     ///
     /// # Panics
     /// If the size of `view` is another one.
@@ -74,15 +75,26 @@ impl Prediction {
         let level = Level::detect();
         let stride = self.cells.stride();
         let share = share.max(1);
-        let groups = store.slots() / LANES;
+        // Slots follow the scan lines, so the groups that are looked at are staggered from line to line.
+        let (groups, lines) = (store.groups(), view.height as usize);
+        let task = Task {
+            store,
+            view: coarse,
+            stride: stride as u32,
+            fresh: 0,
+        };
         let room = self.list.pixel.len();
         for mut list in self.list.chunks_mut(room) {
-            for group in (start % share..groups).step_by(share) {
-                let range = (group * LANES, (group + 1) * LANES);
-                let found = project::project(level, store, &coarse, stride as u32, range, &mut list);
-                for &cell in &list.pixel[..found] {
-                    let count = &mut self.counts[cell as usize];
-                    *count = count.saturating_add(1);
+            for line in 0..lines {
+                let (first, end) = (line * groups / lines, (line + 1) * groups / lines);
+                let skip = (start + line + share - first % share) % share;
+                for group in (first + skip..end).step_by(share) {
+                    let range = (group * LANES, (group + 1) * LANES);
+                    let found = project::project(level, &task, range, &mut list);
+                    for &cell in &list.pixel[..found] {
+                        let count = &mut self.counts[cell as usize];
+                        *count = count.saturating_add(1);
+                    }
                 }
             }
         }

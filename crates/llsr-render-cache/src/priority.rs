@@ -26,15 +26,31 @@ impl Default for AgeRule {
     }
 }
 
-impl AgeRule {
-    /// The priority of a point of that age.
+/// [`AgeRule`] as arithmetic on small numbers, for whole vectors at a time.
+#[derive(Clone, Copy, Debug)]
+struct Slope {
+    young: u8,
+    span: u8,
+    /// In 1/256, at most 255 * 256 / span + 1: times the span it fits 16 bits.
+    slope: u16,
+}
+
+impl From<AgeRule> for Slope {
+    fn from(rule: AgeRule) -> Self {
+        let span = rule.old.saturating_sub(rule.young).max(1);
+        Self {
+            young: rule.young,
+            span,
+            slope: u16::from(rule.highest) * 256 / u16::from(span) + 1,
+        }
+    }
+}
+
+impl Slope {
     #[inline(always)]
     fn priority(self, age: u8) -> u8 {
-        // Linear in 1/256: at most 255 * 256 / span * span, which 16 bits hold.
-        let span = self.old.saturating_sub(self.young).max(1);
-        let slope = u16::from(self.highest) * 256 / u16::from(span) + 1;
-        let beyond = age.saturating_sub(self.young).min(span);
-        (u16::from(beyond).saturating_mul(slope) >> 8) as u8
+        let beyond = age.saturating_sub(self.young).min(self.span);
+        (u16::from(beyond).wrapping_mul(self.slope) >> 8) as u8
     }
 }
 
@@ -116,17 +132,16 @@ impl Priorities {
             self.size(),
             "sizes of the points and the priorities"
         );
+        let (width, stride, rule) = (self.width, self.stride, Slope::from(rule));
         for y in 0..self.height {
-            let missing = &missing(y as u32)[..self.width];
-            let ages = &image.age_plane()[y * self.stride..][..self.width];
-            let values = &mut self.values[y * self.stride..][..self.width];
-            let pending = &mut self.pending[y * self.stride..][..self.width];
-            for x in 0..self.width {
-                let wanted = if missing[x] == 0 {
-                    rule.priority(ages[x])
-                } else {
-                    missing[x]
-                };
+            let at = y * stride..y * stride + width;
+            let missing = &missing(y as u32)[..width];
+            let ages = &image.age_plane()[at.clone()][..width];
+            let values = &mut self.values[at.clone()][..width];
+            let pending = &mut self.pending[at][..width];
+            for x in 0..width {
+                let by_age = rule.priority(ages[x]);
+                let wanted = if missing[x] == 0 { by_age } else { missing[x] };
                 values[x] = if pending[x] == 0 { wanted } else { 0 };
                 pending[x] = pending[x].saturating_sub(1);
             }
@@ -144,36 +159,34 @@ impl Priorities {
             self.size(),
             "sizes of the points and the priorities"
         );
-        let width = self.width;
+        let (width, stride, rule) = (self.width, self.stride, Slope::from(rule));
         let [above, here, below] = &mut self.across;
         for row in [&mut *above, here, below] {
             row.clear();
             row.resize(width, 0);
         }
-        let across = |y: usize, out: &mut [u8]| match image.region_plane().get(y * self.stride..) {
-            Some(regions) if y < self.height => filter_across(&regions[..width], out),
-            _ => out.fill(0),
+        let across = |y: usize, out: &mut [u8]| match image.region_plane().get(y * stride..y * stride + width)
+        {
+            Some(regions) => filter_across(regions, out),
+            None => out.fill(0),
         };
         across(0, below);
         for y in 0..self.height {
             std::mem::swap(above, here);
             std::mem::swap(here, below);
             across(y + 1, below);
-            let at = y * self.stride..y * self.stride + width;
+            let at = y * stride..y * stride + width;
             let regions = &image.region_plane()[at.clone()][..width];
             let ages = &image.age_plane()[at.clone()][..width];
             let values = &mut self.values[at.clone()][..width];
             let pending = &mut self.pending[at][..width];
             let (above, here, below) = (&above[..width], &here[..width], &below[..width]);
             for x in 0..width {
-                // At most 12 of 16 without a point here, for the pixel's own weight of 4 is missing.
-                let weight = above[x] + 2 * here[x] + below[x];
+                // Without a point here at most 12 of 16: the pixel's own weight of 4 is missing.
+                let weight = above[x].wrapping_add(2 * here[x]).wrapping_add(below[x]);
                 let gap = 255u8.wrapping_sub(20u8.wrapping_mul(weight));
-                let wanted = if regions[x] == 0 {
-                    gap
-                } else {
-                    rule.priority(ages[x])
-                };
+                let by_age = rule.priority(ages[x]);
+                let wanted = if regions[x] == 0 { gap } else { by_age };
                 values[x] = if pending[x] == 0 { wanted } else { 0 };
                 pending[x] = pending[x].saturating_sub(1);
             }
@@ -197,12 +210,14 @@ impl Priorities {
 /// Weights (1 2 1) on the pixels that have a point.
 fn filter_across(regions: &[u8], out: &mut [u8]) {
     let there = |region: u8| region / OCCUPIED;
-    let last = regions.len() - 1;
-    for (o, w) in out[1..].iter_mut().zip(regions.windows(3)) {
-        *o = there(w[0]) + 2 * there(w[1]) + there(w[2]);
+    let count = regions.len();
+    for (o, r) in out.iter_mut().zip(regions) {
+        *o = 2 * there(*r);
     }
-    out[0] = 2 * there(regions[0]) + regions.get(1).map_or(0, |&r| there(r));
-    if last > 0 {
-        out[last] = there(regions[last - 1]) + 2 * there(regions[last]);
+    for (o, left) in out[1..].iter_mut().zip(regions) {
+        *o += there(*left);
+    }
+    for (o, right) in out[..count - 1].iter_mut().zip(&regions[1..]) {
+        *o += there(*right);
     }
 }

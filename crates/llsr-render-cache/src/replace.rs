@@ -4,10 +4,13 @@
 //! it shows that colours have changed the points around it age early, so that they are sampled again soon.
 
 use crate::image::{NO_SLOT, PointImage};
-use crate::project::{self, Level, ListMut, SLOT_MASK};
+use crate::project::{self, Level, ListMut, SLOT_MASK, Task};
 use crate::store::{LANES, Point, PointStore};
 use crate::unpack_colour;
 use crate::view::Projected;
+
+/// By how many ticks a point must be older than those of its home for a new sample to take its slot instead.
+const HOME_BONUS: u32 = 16;
 
 /// How new samples take the place of old points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +62,7 @@ pub enum Place {
     Renewed,
     /// That of a point that shone through in the same pixel.
     Hidden,
-    /// That of the oldest of a few points; see [`PointStore::insert`].
+    /// That of an old point; see [`PointStore::insert`].
     Recycled,
 }
 
@@ -72,8 +75,10 @@ impl PointStore {
     /// - a point that is clearly nearer stays, but ages early: the sample has seen past it. It is either at the rim of
     ///   its object, and will be confirmed by samples to come, or out of date.
     ///
-    /// Otherwise the sample takes a free slot or, if there is none, that of the oldest of 16 points; these are taken
-    /// in turn from all over the store, and points that the picture does not show count as older.
+    /// Otherwise the sample takes a free slot or, if there is none, that of the oldest of 32 points: 16 of its own part of
+    /// the picture and 16 taken in turn from all over the store. Points that the picture does not show count as older.
+    /// To keep points close together that are so in the picture, another point may be moved to that slot and the new one
+    /// take its place.
     pub fn insert(&mut self, point: &Point, image: &PointImage, policy: &Replacement) -> Option<Insertion> {
         if !point.position.is_finite() {
             return None;
@@ -97,10 +102,19 @@ impl PointStore {
                 changed,
             });
         }
-        let (slot, place) = match self.take_free() {
+        let home = projected.map(|at| self.home(image, at.y as usize * image.stride() + at.x as usize));
+        let (mut slot, place) = match self.take_vacant(home) {
             Some(slot) => (slot, Place::Free),
-            None => (self.recycle(image, policy), Place::Recycled),
+            None => (self.recycle(home, image, policy), Place::Recycled),
         };
+        // A point that has strayed there makes room for the new one.
+        if let Some(home) = home
+            && home.abs_diff(slot / LANES) > 1
+            && let Some(stray) = self.stray(home, image)
+        {
+            self.copy(stray, slot);
+            slot = stray;
+        }
         self.write(slot, point);
         Some(Insertion {
             slot: slot as u32,
@@ -158,45 +172,80 @@ impl PointStore {
         }
     }
 
-    /// The slot of the oldest of the next few points; of equally old ones the first. The store is full.
-    fn recycle(&mut self, image: &PointImage, policy: &Replacement) -> usize {
-        let first = self.hand;
-        let end = (first + LANES).min(self.capacity());
-        self.hand = if end == self.capacity() { 0 } else { end };
-        // Where the group falls, if it does: whole vectors at once.
+    /// The group of slots for points that fall into a pixel, given by its place in the planes.
+    fn home(&self, image: &PointImage, pixel: usize) -> usize {
+        (pixel as u64 * self.groups() as u64 / image.slot_plane().len() as u64) as usize
+    }
+
+    /// The slot of the oldest point of two groups: the home of the new point and the next one in turn. The latter one must
+    /// be older by [`HOME_BONUS`]; of equally old ones in a group the first is taken. The store is full.
+    fn recycle(&mut self, home: Option<usize>, image: &PointImage, policy: &Replacement) -> usize {
+        let turn = self.hand;
+        self.hand = (turn + 1) % self.groups();
+        let mut best = self.oldest(turn, image, policy);
+        if let Some(home) = home {
+            let local = self.oldest(home, image, policy);
+            if local.1 + HOME_BONUS >= best.1 {
+                best = local;
+            }
+        }
+        best.0
+    }
+
+    /// The slot of the oldest point of a group, and its age with the bonus for those that the picture does not show.
+    fn oldest(&self, group: usize, image: &PointImage, policy: &Replacement) -> (usize, u32) {
+        let places = self.places(group, image);
+        let first = group * LANES;
+        let mut best = (first, 0);
+        for (slot, place) in (first..self.capacity()).zip(places) {
+            // The picture cannot know what came since the last tick.
+            let unseen = place.is_none() && self.age[slot] > 0;
+            let bonus = if unseen { u32::from(policy.unseen_bonus) } else { 0 };
+            let score = u32::from(self.age[slot]) + bonus;
+            if score > best.1 {
+                best = (slot, score);
+            }
+        }
+        best
+    }
+
+    /// The slot of a point in the group that the picture does not show or that falls to the home of others. Points that came
+    /// since the last tick stay.
+    fn stray(&self, group: usize, image: &PointImage) -> Option<usize> {
+        let stray = |place: Option<u32>| {
+            place.is_none_or(|pixel| self.home(image, pixel as usize).abs_diff(group) > 1)
+        };
+        let places = self.places(group, image);
+        let mut slots = (group * LANES..self.capacity()).zip(places);
+        slots
+            .find(|&(slot, place)| self.is_live(slot) && self.age[slot] > 0 && stray(place))
+            .map(|found| found.0)
+    }
+
+    /// For each slot of a group the pixel that shows its point, as its place in the planes.
+    fn places(&self, group: usize, image: &PointImage) -> [Option<u32>; LANES] {
         let (mut pixel, mut depth, mut tag) = ([0; 2 * LANES], [0; 2 * LANES], [0; 2 * LANES]);
         let mut list = ListMut {
             pixel: &mut pixel,
             depth: &mut depth,
             tag: &mut tag,
         };
-        let group = (first, first + LANES);
-        let count = project::project(
-            Level::detect(),
-            self,
-            image.view(),
-            image.stride() as u32,
-            group,
-            &mut list,
-        );
-        let mut seen = [false; LANES];
+        let first = group * LANES;
+        let task = Task {
+            store: self,
+            view: *image.view(),
+            stride: image.stride() as u32,
+            fresh: 0,
+        };
+        let count = project::project(Level::detect(), &task, (first, first + LANES), &mut list);
+        let mut places = [None; LANES];
         let [pixels, _, tags] = list.entries(count);
         for (&pixel, &tag) in pixels.iter().zip(tags) {
             let slot = tag & SLOT_MASK;
-            seen[slot as usize - first] = image.slot_plane()[pixel as usize] == slot;
-        }
-        let mut best = (first, 0);
-        for slot in first..end {
-            let bonus = if seen[slot - first] {
-                0
-            } else {
-                u32::from(policy.unseen_bonus)
-            };
-            let score = u32::from(self.age[slot]) + bonus;
-            if score > best.1 {
-                best = (slot, score);
+            if image.slot_plane()[pixel as usize] == slot {
+                places[slot as usize - first] = Some(pixel);
             }
         }
-        best.0
+        places
     }
 }

@@ -47,7 +47,8 @@ impl Chooser {
     pub fn new(width: u32, height: u32) -> Result<Self, Error> {
         let size = Priorities::new(width, height)?.size();
         let curve = Curve::new(width as usize, height as usize);
-        let sums = vec![0; (width as usize).div_ceil(64) * 8 * (height as usize).div_ceil(TILE)];
+        let columns = (width as usize).next_multiple_of(64) / TILE;
+        let sums = vec![0; columns * (height as usize).div_ceil(TILE)];
         Ok(Self { size, curve, sums })
     }
 
@@ -113,7 +114,7 @@ impl Chooser {
     }
 
     fn columns(&self) -> usize {
-        self.size.0.div_ceil(64) as usize * 8
+        (self.size.0 as usize).next_multiple_of(64) / TILE
     }
 
     /// The largest limit for which `count` steps of the limited priorities are not below the limit, and the sum of all
@@ -159,8 +160,11 @@ impl Chooser {
             sums.fill(0);
             for row in rows.chunks_exact(stride) {
                 let (tiles, _) = row.as_chunks::<TILE>();
-                for (sum, pixels) in sums.iter_mut().zip(tiles) {
-                    *sum += sum_of_bytes(pixels.map(|v| v.min(limit)));
+                let sums = sums.iter_mut().zip(tiles);
+                if limit == u8::MAX {
+                    sums.for_each(|(sum, pixels)| *sum += sum_of_bytes(*pixels));
+                } else {
+                    sums.for_each(|(sum, pixels)| *sum += sum_of_bytes(pixels.map(|v| v.min(limit))));
                 }
             }
             total += sums.iter().map(|&s| u64::from(s)).sum::<u64>();
@@ -169,14 +173,12 @@ impl Chooser {
     }
 }
 
-/// The sum of eight bytes, as one number of four 16-bit lanes.
+/// The sum of four bytes, by two 16-bit lanes.
 #[inline(always)]
 fn sum_of_bytes(bytes: [u8; TILE]) -> u32 {
-    const LOW: u64 = 0x00ff_00ff_00ff_00ff;
-    let all = u64::from_le_bytes(bytes);
-    let pairs = (all & LOW) + (all >> 8 & LOW);
-    // The product gathers the four lanes in the highest one.
-    (pairs.wrapping_mul(0x0001_0001_0001_0001) >> 48) as u32
+    let all = u32::from_le_bytes(bytes);
+    let pairs = (all & 0x00ff_00ff) + (all >> 8 & 0x00ff_00ff);
+    (pairs & 0xffff) + (pairs >> 16)
 }
 
 fn pixels<'a>(tile: &Tile, order: &'a [(u8, u8)]) -> impl Iterator<Item = (usize, usize)> + use<'a> {

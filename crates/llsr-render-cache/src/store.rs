@@ -6,7 +6,7 @@ use crate::Error;
 use crate::colour::{pack_colour, unpack_colour};
 
 /// The largest number of points in a store.
-pub const MAX_CAPACITY: usize = (1 << 28) - 1;
+pub const MAX_CAPACITY: usize = (1 << 27) - 1;
 
 /// Slots are handled in groups of this many: the arrays are padded to a multiple of it.
 pub(crate) const LANES: usize = 16;
@@ -41,7 +41,12 @@ pub enum Fate {
 
 /// A fixed number of slots for points.
 ///
-/// 42 bytes a slot. Points are known by their slot number, which stays the same until the point is replaced or removed.
+/// 37 bytes a slot. Points are known by the numbers of their slots. These stay the same until the next
+/// [`insert`](Self::insert), which may move another point.
+///
+/// Points that fall close to each other are kept close to each other: the slots are divided among the pixels in the order of
+/// scan lines, and new samples go to the slots of their part of the picture if they can. Reprojection of large pictures is
+/// several times faster for it than with points in random order.
 #[derive(Clone, Debug)]
 pub struct PointStore {
     pub(crate) x: Vec<f32>,
@@ -54,8 +59,11 @@ pub struct PointStore {
     pub(crate) lights: Vec<u64>,
     /// Ticks since insertion, plus what changes of colour added.
     pub(crate) age: Vec<u8>,
-    /// Slots without a point; the last one is used first.
-    free: Vec<u32>,
+    /// For each group of [`LANES`] slots the set of those without a point.
+    vacant: Vec<u16>,
+    vacancies: usize,
+    /// Where the search for a group with a vacancy goes on.
+    vacant_hand: usize,
     capacity: usize,
     /// Where the search for a slot to recycle goes on.
     pub(crate) hand: usize,
@@ -82,7 +90,11 @@ impl PointStore {
             object: vec![0; slots],
             lights: vec![0; slots],
             age: vec![0; slots],
-            free: (0..capacity as u32).rev().collect(),
+            vacant: (0..capacity.div_ceil(LANES))
+                .map(|group| u16::MAX >> ((group + 1) * LANES).saturating_sub(capacity))
+                .collect(),
+            vacancies: capacity,
+            vacant_hand: 0,
             capacity,
             hand: 0,
         })
@@ -95,7 +107,7 @@ impl PointStore {
 
     /// The number of points.
     pub fn len(&self) -> usize {
-        self.capacity - self.free.len()
+        self.capacity - self.vacancies
     }
 
     /// Is there no point?
@@ -228,12 +240,50 @@ impl PointStore {
         self.x[i] = f32::NAN;
         self.colour[i] = 0;
         self.albedo[i] = 0;
-        self.free.push(i as u32);
+        self.vacant[i / LANES] |= 1 << (i % LANES);
+        self.vacancies += 1;
     }
 
-    /// A slot without a point, if there is one.
-    pub(crate) fn take_free(&mut self) -> Option<usize> {
-        self.free.pop().map(|slot| slot as usize)
+    /// The number of groups of slots.
+    pub(crate) fn groups(&self) -> usize {
+        self.vacant.len()
+    }
+
+    /// Takes a slot without a point, if there is one: in the group `home` or beside it if possible.
+    pub(crate) fn take_vacant(&mut self, home: Option<usize>) -> Option<usize> {
+        if self.vacancies == 0 {
+            return None;
+        }
+        let near = home.and_then(|home| {
+            let beside = [home, home + 1, home.wrapping_sub(1)];
+            beside
+                .into_iter()
+                .find(|&group| self.vacant.get(group).is_some_and(|set| *set != 0))
+        });
+        let group = near.unwrap_or_else(|| {
+            let vacant = |set: &u16| *set != 0;
+            let (before, after) = self.vacant.split_at(self.vacant_hand);
+            let found = after.iter().position(vacant).map(|i| self.vacant_hand + i);
+            // There is one, for there are vacancies.
+            self.vacant_hand = found.or_else(|| before.iter().position(vacant)).unwrap_or(0);
+            self.vacant_hand
+        });
+        let bit = self.vacant[group].trailing_zeros() as usize;
+        self.vacant[group] &= self.vacant[group] - 1;
+        self.vacancies -= 1;
+        Some(group * LANES + bit)
+    }
+
+    /// Copies the point in a slot to another one that is taken.
+    pub(crate) fn copy(&mut self, from: usize, to: usize) {
+        self.x[to] = self.x[from];
+        self.y[to] = self.y[from];
+        self.z[to] = self.z[from];
+        self.colour[to] = self.colour[from];
+        self.albedo[to] = self.albedo[from];
+        self.object[to] = self.object[from];
+        self.lights[to] = self.lights[from];
+        self.age[to] = self.age[from];
     }
 
     /// Writes a new point into a slot that is taken.

@@ -72,12 +72,10 @@ fn frames_do_not_allocate() {
             image.reproject(&store, &view, &DepthFilter::default());
         } else {
             image
-                .project_chunks(&store, &view, 3)
+                .project_chunks(&store, &view, &DepthFilter::default(), 3)
                 .for_each(|chunk| chunk.run());
             image.resolve_bands(2).for_each(|band| band.run());
-            image
-                .finish_bands(&store, &DepthFilter::default(), 4)
-                .for_each(|band| band.run());
+            image.finish_bands(&store, 4).for_each(|band| band.run());
         }
         priorities.update_by_gaps(&image, AgeRule::default());
         chooser.choose(&mut priorities, 150, 0.5, 1, &mut requests);

@@ -1,8 +1,9 @@
 //! Projection of many points into compact lists of those that fall into the picture.
 //!
-//! A list entry is (offset of the pixel, depth bits, tag) with tag = region << 28 | slot. Depths are positive, so their
-//! bits are ordered as they are, and `depth << 32 | tag` orders entries by depth, then by region and slot: the minimum at a
-//! pixel is the same whatever the order in which points come.
+//! A list entry is (offset of the pixel, depth bits, tag) with tag = region << 28 | settled << 27 | slot, where points of
+//! some age are settled and younger ones fresh. Depths are positive, so their bits are ordered as they are, and
+//! `depth << 32 | tag` orders entries by depth, then by region, fresh before settled, and slot: the minimum at a pixel is the
+//! same whatever the order in which points come.
 
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -14,9 +15,12 @@ use glam::Vec3;
 use crate::store::{LANES, PointStore};
 use crate::view::View;
 
+/// Lowest bit of the region in a tag.
+pub(crate) const REGION_SHIFT: u32 = 28;
+/// Set in the tags of points that are not fresh.
+pub(crate) const SETTLED: u32 = 1 << 27;
 /// Bits of a tag that hold the slot.
-pub(crate) const SLOT_BITS: u32 = 28;
-pub(crate) const SLOT_MASK: u32 = (1 << SLOT_BITS) - 1;
+pub(crate) const SLOT_MASK: u32 = SETTLED - 1;
 
 /// A list of projected points; the first `len` entries count.
 #[derive(Clone, Debug, Default)]
@@ -100,16 +104,25 @@ impl Level {
     }
 }
 
+/// What is to be projected where.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Task<'a> {
+    pub(crate) store: &'a PointStore,
+    pub(crate) view: View,
+    /// Pixels from row to row.
+    pub(crate) stride: u32,
+    /// Points below this age are fresh.
+    pub(crate) fresh: u8,
+}
+
 /// Projects the slots from `first`, a multiple of [`LANES`], up to `end`, another one, and writes those that fall into
-/// the picture to `list` in order. Returns how many. `stride` is the number of pixels from row to row.
+/// the picture to `list` in order. Returns how many.
 ///
 /// # Panics
 /// If the store has fewer than `end` slots or the list less room than `end - first + LANES` entries.
 pub(crate) fn project(
     level: Level,
-    store: &PointStore,
-    view: &View,
-    stride: u32,
+    task: &Task<'_>,
     (first, end): (usize, usize),
     list: &mut ListMut<'_>,
 ) -> usize {
@@ -117,8 +130,9 @@ pub(crate) fn project(
         first.is_multiple_of(LANES) && end.is_multiple_of(LANES) && first <= end,
         "whole groups of slots"
     );
+    let store = task.store;
     assert!(
-        end <= store.x.len() && end <= store.y.len() && end <= store.z.len(),
+        end <= store.x.len() && end <= store.y.len() && end <= store.z.len() && end <= store.age.len(),
         "slots beyond the store"
     );
     let room = end - first + LANES;
@@ -127,10 +141,10 @@ pub(crate) fn project(
         "no room for the projected points"
     );
     match level {
-        Level::Scalar => scalar(store, view, stride, (first, end), list),
+        Level::Scalar => scalar(task, (first, end), list),
         // The kernels rely on what was just asserted.
         #[cfg(target_arch = "x86_64")]
-        Level::Avx2 | Level::Avx512 => x86::project(level, store, view, stride, (first, end), list),
+        Level::Avx2 | Level::Avx512 => x86::project(level, task, (first, end), list),
     }
 }
 
@@ -178,19 +192,15 @@ fn select_scalar(
 }
 
 /// The twin of the SIMD kernels: the same bits, one point at a time.
-fn scalar(
-    store: &PointStore,
-    view: &View,
-    stride: u32,
-    (first, end): (usize, usize),
-    list: &mut ListMut<'_>,
-) -> usize {
+fn scalar(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListMut<'_>) -> usize {
+    let store = task.store;
     let mut count = 0;
     for i in first..end {
-        if let Some(p) = view.project(Vec3::new(store.x[i], store.y[i], store.z[i])) {
-            list.pixel[count] = p.y * stride + p.x;
+        if let Some(p) = task.view.project(Vec3::new(store.x[i], store.y[i], store.z[i])) {
+            let settled = if store.age[i] < task.fresh { 0 } else { SETTLED };
+            list.pixel[count] = p.y * task.stride + p.x;
             list.depth[count] = p.depth.to_bits();
-            list.tag[count] = u32::from(p.region) << SLOT_BITS | i as u32;
+            list.tag[count] = u32::from(p.region) << REGION_SHIFT | settled | i as u32;
             count += 1;
         }
     }
@@ -221,7 +231,13 @@ mod tests {
         list.reserve(store.slots() + LANES);
         let room = list.pixel.len();
         let mut chunk = list.chunks_mut(room).next().expect("one chunk");
-        let count = project(level, store, view, 64, (0, store.slots()), &mut chunk);
+        let task = Task {
+            store,
+            view: *view,
+            stride: 64,
+            fresh: 7,
+        };
+        let count = project(level, &task, (0, store.slots()), &mut chunk);
         [chunk.pixel, chunk.depth, chunk.tag].map(|part| part[..count].to_vec())
     }
 
@@ -246,7 +262,7 @@ mod tests {
                 }
             };
             let position = Vec3::new(coordinate(4.0), coordinate(4.0), coordinate(6.0) - 2.0);
-            let slot = store.take_free().expect("room");
+            let slot = store.take_vacant(None).expect("room");
             let point = Point {
                 position,
                 colour: Vec3::ONE,
@@ -255,6 +271,7 @@ mod tests {
                 lights: 1,
             };
             store.write(slot, &point);
+            store.age[slot] = (next() * 20.0) as u8;
         }
         store.invalidate_object(3, crate::Fate::Remove);
         store

@@ -9,9 +9,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Entries, Level, ListMut, SLOT_BITS, select_scalar};
-use crate::store::PointStore;
-use crate::view::View;
+use super::{Entries, Level, ListMut, REGION_SHIFT, SETTLED, Task, select_scalar};
 
 /// For each mask of 8 lanes, the lanes whose bit is set, in order; the rest is 0.
 static COMPRESS: [[u32; 8]; 256] = {
@@ -33,47 +31,38 @@ static COMPRESS: [[u32; 8]; 256] = {
 
 /// Called by `super::project` only, which has checked that the slots exist, that the list has room for them and
 /// one group more, and that both ends are multiples of 16.
-pub(super) fn project(
-    level: Level,
-    store: &PointStore,
-    view: &View,
-    stride: u32,
-    range: (usize, usize),
-    list: &mut ListMut<'_>,
-) -> usize {
+pub(super) fn project(level: Level, task: &Task<'_>, range: (usize, usize), list: &mut ListMut<'_>) -> usize {
     match level {
         // SAFETY: a `Level` above `Scalar` comes from `Level::detect` or is compared with it; bounds as said above.
-        Level::Avx512 => unsafe { avx512(store, view, stride, range, list) },
+        Level::Avx512 => unsafe { avx512(task, range, list) },
         // SAFETY: likewise.
-        _ => unsafe { avx2(store, view, stride, range, list) },
+        _ => unsafe { avx2(task, range, list) },
     }
 }
 
 /// # Safety
 /// AVX-512F must be there; `range` and `list` as `super::project` asserts.
 #[target_feature(enable = "avx512f")]
-unsafe fn avx512(
-    store: &PointStore,
-    view: &View,
-    stride: u32,
-    (first, end): (usize, usize),
-    list: &mut ListMut<'_>,
-) -> usize {
+unsafe fn avx512(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListMut<'_>) -> usize {
+    let (store, view) = (task.store, &task.view);
     let rows = view.rows.map(|r| r.to_array().map(|v| _mm512_set1_ps(v)));
     let right = _mm512_set1_ps(4.0 * view.width as f32);
     let bottom = _mm512_set1_ps(4.0 * view.height as f32);
     let (zero, infinity) = (_mm512_setzero_ps(), _mm512_set1_ps(f32::INFINITY));
     let three = _mm512_set1_epi32(3);
-    let stride = _mm512_set1_epi32(stride as i32);
+    let fresh = _mm512_set1_epi32(i32::from(task.fresh));
+    let settled = _mm512_set1_epi32(SETTLED as i32);
+    let stride = _mm512_set1_epi32(task.stride as i32);
     let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     let mut count = 0;
     for i in (first..end).step_by(16) {
         // SAFETY: `i + 16 <= end`, and there are `end` slots.
-        let (x, y, z) = unsafe {
+        let (x, y, z, age) = unsafe {
             (
                 _mm512_loadu_ps(store.x.as_ptr().add(i)),
                 _mm512_loadu_ps(store.y.as_ptr().add(i)),
                 _mm512_loadu_ps(store.z.as_ptr().add(i)),
+                _mm512_cvtepu8_epi32(_mm_loadu_si128(store.age.as_ptr().add(i).cast())),
             )
         };
         let [across, down, w, depth] = rows.map(|[a, b, c, d]| {
@@ -97,7 +86,9 @@ unsafe fn avx512(
             _mm512_and_si512(across, three),
         );
         let slot = _mm512_add_epi32(_mm512_set1_epi32(i as i32), lanes);
-        let tag = _mm512_or_si512(_mm512_slli_epi32::<SLOT_BITS>(region), slot);
+        let old = _mm512_cmpge_epi32_mask(age, fresh);
+        let slot = _mm512_mask_or_epi32(slot, old, slot, settled);
+        let tag = _mm512_or_si512(_mm512_slli_epi32::<REGION_SHIFT>(region), slot);
         // SAFETY: at most `i - first` entries are there, and the list has room for 16 more than `end - first`.
         // Compression in the register: compressing stores are slow on some machines.
         unsafe {
@@ -117,28 +108,26 @@ unsafe fn avx512(
 /// # Safety
 /// AVX2 must be there; `range` and `list` as `super::project` asserts.
 #[target_feature(enable = "avx2")]
-unsafe fn avx2(
-    store: &PointStore,
-    view: &View,
-    stride: u32,
-    (first, end): (usize, usize),
-    list: &mut ListMut<'_>,
-) -> usize {
+unsafe fn avx2(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListMut<'_>) -> usize {
+    let (store, view) = (task.store, &task.view);
     let rows = view.rows.map(|r| r.to_array().map(|v| _mm256_set1_ps(v)));
     let right = _mm256_set1_ps(4.0 * view.width as f32);
     let bottom = _mm256_set1_ps(4.0 * view.height as f32);
     let (zero, infinity) = (_mm256_setzero_ps(), _mm256_set1_ps(f32::INFINITY));
     let three = _mm256_set1_epi32(3);
-    let stride = _mm256_set1_epi32(stride as i32);
+    let fresh = _mm256_set1_epi32(i32::from(task.fresh));
+    let settled = _mm256_set1_epi32(SETTLED as i32);
+    let stride = _mm256_set1_epi32(task.stride as i32);
     let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     let mut count = 0;
     for i in (first..end).step_by(8) {
         // SAFETY: `i + 8 <= end`, and there are `end` slots.
-        let (x, y, z) = unsafe {
+        let (x, y, z, age) = unsafe {
             (
                 _mm256_loadu_ps(store.x.as_ptr().add(i)),
                 _mm256_loadu_ps(store.y.as_ptr().add(i)),
                 _mm256_loadu_ps(store.z.as_ptr().add(i)),
+                _mm256_cvtepu8_epi32(_mm_loadl_epi64(store.age.as_ptr().add(i).cast())),
             )
         };
         let [across, down, w, depth] = rows.map(|[a, b, c, d]| {
@@ -166,7 +155,8 @@ unsafe fn avx2(
             _mm256_and_si256(across, three),
         );
         let slot = _mm256_add_epi32(_mm256_set1_epi32(i as i32), lanes);
-        let tag = _mm256_or_si256(_mm256_slli_epi32::<{ SLOT_BITS as i32 }>(region), slot);
+        let slot = _mm256_or_si256(slot, _mm256_andnot_si256(_mm256_cmpgt_epi32(fresh, age), settled));
+        let tag = _mm256_or_si256(_mm256_slli_epi32::<{ REGION_SHIFT as i32 }>(region), slot);
         // SAFETY: at most `i - first` entries are there, and the list has room for 16 more than `end - first`.
         unsafe {
             let order = _mm256_loadu_si256(COMPRESS[inside].as_ptr().cast());

@@ -125,7 +125,7 @@ fn parts_give_the_same_bits() {
         let mut parts = PointImage::new(9, 9).expect("size");
         for (chunks, bands) in [(1, 1), (2, 2), (3, 5), (7, 70), (100, 1000), (0, 0)] {
             // Backwards, as threads might.
-            let mut chunks: Vec<_> = parts.project_chunks(&store, &view, chunks).collect();
+            let mut chunks: Vec<_> = parts.project_chunks(&store, &view, &filter, chunks).collect();
             while let Some(chunk) = chunks.pop() {
                 chunk.run();
             }
@@ -135,7 +135,7 @@ fn parts_give_the_same_bits() {
                     scope.spawn(|| band.run());
                 }
             });
-            let mut bands: Vec<_> = parts.finish_bands(&store, &filter, bands).collect();
+            let mut bands: Vec<_> = parts.finish_bands(&store, bands).collect();
             while let Some(band) = bands.pop() {
                 band.run();
             }

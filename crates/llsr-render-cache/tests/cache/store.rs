@@ -146,55 +146,104 @@ fn changed_colours_age_the_points_around() {
     }
 }
 
+/// A point in each pixel of a picture of 64 x 4, in the order of the pixels, so that slot and pixel have the same number:
+/// 16 groups of slots, four a line.
+fn orderly() -> (PointStore, PointImage) {
+    let mut store = PointStore::new(256).expect("capacity");
+    for i in 0..256 {
+        let slot = put(&mut store, &point(pixel(i, 2.0), 1));
+        assert_eq!(slot, i, "slots are taken in order");
+    }
+    (store, PointImage::new(64, 4).expect("size"))
+}
+
+/// The middle of pixel `i` of that picture.
+fn pixel(i: u32, depth: f32) -> Vec3 {
+    position(64, 4, (i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5, depth)
+}
+
 #[test]
 fn full_stores_recycle_the_oldest_or_unseen() {
-    let points: Vec<_> = (0..64)
-        .map(|i| point(at((i % 8) as f32 + 0.5, (i / 8) as f32 + 0.5, 2.0), 1))
-        .collect();
-    let fill = || {
-        let mut store = PointStore::new(64).expect("capacity");
-        let slots: Vec<u32> = points.iter().map(|p| put(&mut store, p)).collect();
-        store.advance(10, 255);
-        (store, slots)
-    };
-    let mut image = PointImage::new(16, 16).expect("size");
-    let new = point(at(14.5, 14.5, 2.0), 1);
-    // One point outside the picture in each group of 16: recycled group by group.
-    let (mut store, slots) = fill();
-    for group in 0..4 {
-        let shift = Affine3A::from_translation(Vec3::new(1e3, 0.0, 0.0));
-        store.invalidate_where(|_| false, Fate::Remove);
-        let victim = store.point(slots[group * 16 + 5]).expect("a point").position;
-        let moved = shift.transform_point3(victim);
-        store.invalidate_box(victim, victim, Fate::Remove);
-        put(&mut store, &point(moved, 5));
+    let (mut store, mut image) = orderly();
+    // Out of the picture go one point in each of the groups 2, 5 and 11.
+    for slot in [37, 83, 180] {
+        let place = pixel(slot, 2.0);
+        store.invalidate_box(place, place, Fate::Remove);
+        assert_eq!(
+            put(&mut store, &point(Vec3::Z, 1)),
+            slot,
+            "behind the eye, in the same slot"
+        );
     }
-    store.advance(1, 255);
-    image.reproject(&store, &view(16, 16), &OFF);
-    let recycled: Vec<u32> = (0..4)
-        .map(|_| {
-            let found = store
-                .insert(&new, &image, &Replacement::default())
-                .expect("stored");
-            assert_eq!(found.place, Place::Recycled, "the store is full");
-            found.slot
-        })
-        .collect();
-    assert_eq!(recycled, [5, 21, 37, 53], "the unseen one of each group");
-    // All seen: the oldest of a group.
-    let (mut store, slots) = fill();
-    let old = store.point(slots[11]).expect("a point").position;
+    store.advance(10, 255);
+    // One in the home of the new points is old.
+    let old = pixel(9 * 16 + 4, 2.0);
     store.invalidate_box(old, old, Fate::Age(3));
-    image.reproject(&store, &view(16, 16), &OFF);
+    image.reproject(&store, &view(64, 4), &OFF);
+    let mut local = [148, 144, 145, 146, 147, 149, 150, 151, 152, 153].into_iter();
+    for turn in 0..12 {
+        // Another object in front: nothing to renew.
+        let new = point(pixel(9 * 16 + turn, 1.0), 2);
+        let found = store
+            .insert(&new, &image, &Replacement::default())
+            .expect("stored");
+        let expected = match turn {
+            2 => 37,
+            5 => 83,
+            11 => 180,
+            _ => local.next().expect("one of the home"),
+        };
+        assert_eq!(
+            (found.slot, found.place),
+            (expected, Place::Recycled),
+            "turn {turn}"
+        );
+    }
+    assert_eq!(store.len(), 256, "never more than there is room for");
+}
+
+#[test]
+fn strays_make_room_at_home() {
+    let (mut store, mut image) = orderly();
+    // The point in slot 150 has moved to the last pixel of the picture, before what lies there; slot 3 is vacant.
+    let place = pixel(150, 2.0);
+    store.invalidate_box(place, place, Fate::Remove);
+    let moved = point(pixel(255, 1.5), 1);
+    assert_eq!(put(&mut store, &moved), 150, "the same slot");
+    let place = pixel(3, 2.0);
+    store.invalidate_box(place, place, Fate::Remove);
+    store.advance(10, 255);
+    image.reproject(&store, &view(64, 4), &OFF);
+    let new = point(pixel(150, 2.0), 1);
     let found = store
         .insert(&new, &image, &Replacement::default())
         .expect("stored");
+    assert_eq!((found.slot, found.place), (150, Place::Free), "at home");
     assert_eq!(
-        (found.slot, found.place),
-        (slots[11], Place::Recycled),
-        "the oldest"
+        store.point(150).map(|p| p.position),
+        Some(new.position),
+        "the new point"
     );
-    assert_eq!(store.len(), 64, "never more than there is room for");
+    assert_eq!(
+        (store.point(3), store.age(3)),
+        (Some(moved), Some(10)),
+        "the stray one has moved to the vacancy"
+    );
+}
+
+#[test]
+fn vacancies_are_taken_at_home() {
+    let mut store = PointStore::new(256).expect("capacity");
+    let mut image = PointImage::new(64, 4).expect("size");
+    image.reproject(&store, &view(64, 4), &OFF);
+    // In any order of insertion, points end up in the groups of their pixels.
+    for i in 0..256u32 {
+        let i = i * 77 % 256;
+        let found = store
+            .insert(&point(pixel(i, 2.0), 1), &image, &Replacement::default())
+            .expect("stored");
+        assert_eq!((found.slot / 16, found.place), (i / 16, Place::Free), "pixel {i}");
+    }
 }
 
 #[test]
