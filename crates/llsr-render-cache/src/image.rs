@@ -42,7 +42,7 @@ pub struct PointImage {
 }
 
 /// What the picture shows.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Planes {
     pub(crate) region: Vec<u8>,
     pub(crate) age: Vec<u8>,

@@ -166,11 +166,20 @@ impl PointStore {
             *age = age.saturating_add(ticks);
             oldest = oldest.max(*age);
         }
-        // Slots without a point age too; only live ones can be removed.
         if oldest <= max_age {
             return 0;
         }
-        self.apply(Fate::Remove, |store, i| store.age[i] > max_age)
+        let before = self.vacancies;
+        for i in 0..self.capacity {
+            if self.age[i] > max_age {
+                // Slots without a point have aged too.
+                if self.is_live(i) {
+                    self.remove(i);
+                }
+                self.age[i] = 0;
+            }
+        }
+        self.vacancies - before
     }
 
     /// Invalidates the points on an object. Returns how many.

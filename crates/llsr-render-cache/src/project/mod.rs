@@ -102,6 +102,19 @@ impl Level {
         }
         Self::Scalar
     }
+
+    /// All that this machine can run.
+    #[cfg(test)]
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        let all = [
+            Self::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512,
+        ];
+        all.into_iter().filter(|level| *level <= Self::detect())
+    }
 }
 
 /// What is to be projected where.
@@ -213,19 +226,6 @@ mod tests {
     use crate::store::Point;
     use glam::{Mat4, Vec4};
 
-    fn levels() -> Vec<Level> {
-        let all = [
-            Level::Scalar,
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx2,
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx512,
-        ];
-        all.into_iter()
-            .filter(|level| *level <= Level::detect())
-            .collect()
-    }
-
     fn run(level: Level, store: &PointStore, view: &View) -> [Vec<u32>; 3] {
         let mut list = List::default();
         list.reserve(store.slots() + LANES);
@@ -299,7 +299,7 @@ mod tests {
             let store = store(points as u64, points);
             for view in &views {
                 let expected = run(Level::Scalar, &store, view);
-                for level in levels() {
+                for level in Level::all() {
                     assert_eq!(
                         run(level, &store, view),
                         expected,
@@ -325,7 +325,7 @@ mod tests {
                 .filter(|&&p| (first..first + pixels).contains(&p))
                 .count();
             assert_eq!(expected[0].len(), inside, "all from {first} on");
-            for level in levels() {
+            for level in Level::all() {
                 assert_eq!(
                     selected(level),
                     expected,
