@@ -1,30 +1,33 @@
-//! Fans against eight boxes at a time, in single precision with padding.
+//! Fans against eight boxes or sixteen triangles at a time, in single precision with padding.
 //!
 //! A box meets the fan's triangle only if it is not wholly on one side of the plane, beyond one of the two
 //! outer rays, or beyond the light. Each of these is a linear function whose extreme over a box is attained at
-//! the corner that its gradient's signs select. Coordinates are taken relative to p first, so that the error is
-//! relative to the distance from p to the farthest corner of the tree, not to the distance from the origin.
+//! the corner that its gradient's signs select; over a triangle, at one of its corners. Coordinates are taken relative to
+//! p first, so that the error is relative to the distance from p to the farthest corner of the tree, not to the
+//! distance from the origin.
 
 use glam::DVec3;
 use llsr_scene::Bounds;
 
 use super::plane::FanPlane;
+use crate::block::{BLOCK, TriangleBlock};
 use crate::build::{WIDTH, WideNode};
+use crate::lanes::{Floats, Simd};
+use crate::unchecked::Plane;
 
 /// Unit roundoff of `f32`.
 const U: f32 = f32::EPSILON / 2.0;
 
-type Lanes = [f32; WIDTH];
-
 /// A linear function of position.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Linear {
     gradient: [f32; 3],
-    /// Value at the rounded p, plus and minus the bound of all rounding.
-    upper: f32,
-    lower: f32,
-    /// Which of the six planes of a box gives the largest value on each axis.
-    largest: [usize; 3],
+    /// Value at the rounded p, and the bound of all rounding.
+    constant: f32,
+    padding: f32,
+    /// Which plane of a box gives the largest and the smallest value on each axis.
+    largest: [Plane; 3],
+    smallest: [Plane; 3],
 }
 
 impl Linear {
@@ -36,34 +39,74 @@ impl Linear {
         let constant = gradient.dot(moved) as f32;
         // The gradient, the difference, three products and three sums are rounded.
         let padding = 16.0 * U * ((g[0].abs() + g[1].abs() + g[2].abs()) * reach + constant.abs());
+        let plane = |axis: usize, largest: bool| Plane::new(axis, (g[axis] > 0.0) == largest);
         Self {
             gradient: g,
-            upper: constant + padding,
-            lower: constant - padding,
-            largest: [0, 1, 2].map(|axis| if g[axis] > 0.0 { axis + 3 } else { axis }),
+            constant,
+            padding,
+            largest: [plane(0, true), plane(1, true), plane(2, true)],
+            smallest: [plane(0, false), plane(1, false), plane(2, false)],
         }
-    }
-
-    /// At least the largest value over each box.
-    #[inline(always)]
-    fn max(&self, relative: &[Lanes; 6]) -> Lanes {
-        let [x, y, z] = self.largest.map(|plane| &relative[plane]);
-        let [gx, gy, gz] = self.gradient;
-        std::array::from_fn(|i| gx * x[i] + (gy * y[i] + (gz * z[i] + self.upper)))
-    }
-
-    /// At most the smallest value over each box.
-    #[inline(always)]
-    fn min(&self, relative: &[Lanes; 6]) -> Lanes {
-        let [x, y, z] = self
-            .largest
-            .map(|plane| &relative[if plane < 3 { plane + 3 } else { plane - 3 }]);
-        let [gx, gy, gz] = self.gradient;
-        std::array::from_fn(|i| gx * x[i] + (gy * y[i] + (gz * z[i] + self.lower)))
     }
 }
 
-/// A fan prepared for the boxes of one tree.
+/// `p` is where the coordinates are taken from.
+#[inline(always)]
+fn extreme<S: Simd>(
+    s: S,
+    linear: &Linear,
+    p: &[f32; 3],
+    node: &WideNode,
+    planes: [Plane; 3],
+    value: f32,
+) -> S::F {
+    let [gx, gy, gz] = linear.gradient.map(|g| S::F::splat(s, g));
+    let x = S::F::load(s, planes[0].of(node)).sub(S::F::splat(s, p[0]));
+    let y = S::F::load(s, planes[1].of(node)).sub(S::F::splat(s, p[1]));
+    let z = S::F::load(s, planes[2].of(node)).sub(S::F::splat(s, p[2]));
+    gx.mul_add(x, gy.mul_add(y, gz.mul_add(z, S::F::splat(s, value))))
+}
+
+/// At least the largest value over each box.
+#[inline(always)]
+fn most<S: Simd>(s: S, linear: &Linear, p: &[f32; 3], node: &WideNode) -> S::F {
+    extreme(
+        s,
+        linear,
+        p,
+        node,
+        linear.largest,
+        linear.constant + linear.padding,
+    )
+}
+
+/// At most the smallest value over each box.
+#[inline(always)]
+fn least<S: Simd>(s: S, linear: &Linear, p: &[f32; 3], node: &WideNode) -> S::F {
+    extreme(
+        s,
+        linear,
+        p,
+        node,
+        linear.smallest,
+        linear.constant - linear.padding,
+    )
+}
+
+/// The least and greatest value over each triangle, without padding.
+#[inline(always)]
+fn over_triangles<S: Simd>(s: S, linear: &Linear, x: &[S::W; 3], corners: &[[u8; BLOCK]; 3]) -> (S::W, S::W) {
+    let [gx, gy, gz] = linear.gradient.map(|g| S::W::splat(s, g));
+    let value = gx.mul_add(
+        x[0],
+        gy.mul_add(x[1], gz.mul_add(x[2], S::W::splat(s, linear.constant))),
+    );
+    let [a, b, c] = corners;
+    let (a, b, c) = (s.permute(value, a), s.permute(value, b), s.permute(value, c));
+    (a.min(b).min(c), a.max(b).max(c))
+}
+
+/// A fan prepared for the boxes and blocks of one tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BoxFilter {
     p: [f32; 3],
@@ -85,16 +128,14 @@ pub(super) struct Met {
     /// One bit a child.
     pub(super) mask: u32,
     /// The light parameters behind each child: at most the least and at least the greatest.
-    pub(super) t_min: Lanes,
-    pub(super) t_max: Lanes,
-    /// At most the least h of each child.
-    pub(super) near: Lanes,
+    pub(super) t_min: [f32; WIDTH],
+    pub(super) t_max: [f32; WIDTH],
 }
 
 impl BoxFilter {
-    /// Prepares the fan for boxes inside `bounds`; [`Self::narrow`] must follow.
+    /// Prepares the fan for boxes inside `bounds`, in front of [`t0`, `t1`].
     #[inline(always)]
-    pub(super) fn new(fan: &FanPlane, bounds: &Bounds) -> Self {
+    pub(super) fn new(fan: &FanPlane, bounds: &Bounds, range: [f64; 2]) -> Self {
         let rounded = fan.p.as_vec3();
         let reach = (bounds.max - rounded)
             .abs()
@@ -102,69 +143,90 @@ impl BoxFilter {
             .max_element()
             * (1.0 + 4.0 * f32::EPSILON);
         let p = rounded.to_array();
-        let largest = fan.normal.abs().max_element();
-        Self {
+        let side = Linear::new(fan.normal / fan.normal.abs().max_element(), fan.p, p, reach);
+        let height = Linear::new(fan.height, fan.p, p, reach);
+        let mut filter = Self {
             p,
             reach,
-            side: Linear::new(fan.normal / largest, fan.p, p, reach),
-            height: Linear::new(fan.height, fan.p, p, reach),
-            across: Linear::default(),
-            middle: 0.5,
-            left: Linear::default(),
-            right: Linear::default(),
-        }
+            side,
+            height,
+            across: height,
+            middle: 0.0,
+            left: height,
+            right: height,
+        };
+        filter.narrow(fan, range);
+        filter
     }
 
     /// Looks for boxes in front of [`t0`, `t1`] only.
     #[inline(always)]
     pub(super) fn narrow(&mut self, fan: &FanPlane, [t0, t1]: [f64; 2]) {
-        let linear = |gradient: DVec3| Linear::new(gradient, fan.p, self.p, self.reach);
         let middle = 0.5 * (t0 + t1) as f32;
-        self.left = linear(fan.alpha - fan.height * t0);
-        self.right = linear(fan.height * t1 - fan.alpha);
-        self.across = linear(fan.alpha - fan.height * f64::from(middle));
+        let (p, reach) = (self.p, self.reach);
+        self.left = Linear::new(fan.alpha - fan.height * t0, fan.p, p, reach);
+        self.right = Linear::new(fan.height * t1 - fan.alpha, fan.p, p, reach);
+        self.across = Linear::new(fan.alpha - fan.height * f64::from(middle), fan.p, p, reach);
         self.middle = middle;
     }
 
     /// Which children the fan may meet, and which light parameters they may hide.
     #[inline(always)]
-    pub(super) fn meets(&self, node: &WideNode) -> Met {
-        let relative: [Lanes; 6] =
-            std::array::from_fn(|plane| node.bounds[plane].map(|x| x - self.p[plane % 3]));
-        let (side_min, side_max) = (self.side.min(&relative), self.side.max(&relative));
-        let (left, right) = (self.left.max(&relative), self.right.max(&relative));
-        let (near, far) = (self.height.min(&relative), self.height.max(&relative));
-        let (lo, hi) = (self.across.min(&relative), self.across.max(&relative));
-        let mut mask = 0;
-        for i in 0..WIDTH {
-            let met = (side_min[i] <= 0.0)
-                & (0.0 <= side_max[i])
-                & (0.0 <= left[i])
-                & (0.0 <= right[i])
-                & (near[i] <= 1.0)
-                & (0.0 <= far[i]);
-            mask |= u32::from(met) << i;
+    pub(super) fn meets<S: Simd>(&self, s: S, node: &WideNode) -> Met {
+        let p = &self.p;
+        let (zero, one) = (S::F::splat(s, 0.0), S::F::splat(s, 1.0));
+        let mut mask = least(s, &self.side, p, node).le(zero) & zero.le(most(s, &self.side, p, node));
+        mask &= zero.le(most(s, &self.left, p, node)) & zero.le(most(s, &self.right, p, node));
+        let (near, far) = (least(s, &self.height, p, node), most(s, &self.height, p, node));
+        mask &= near.le(one) & zero.le(far);
+        if mask == 0 {
+            return Met {
+                mask,
+                t_min: [0.0; WIDTH],
+                t_max: [0.0; WIDTH],
+            };
         }
         // alpha / h - middle is extreme at corners; where the box reaches p nothing bounds it. What lies beyond the light does
         // not matter.
-        let most = |a: f32, b: f32| if a > b { a } else { b };
-        let least = |a: f32, b: f32| if a < b { a } else { b };
-        let near_h = near.map(|h| 1.0 / most(h, f32::MIN_POSITIVE));
-        let far_h = far.map(|h| 1.0 / least(most(h, f32::MIN_POSITIVE), 1.0));
-        let slack = 8.0 * U;
-        let t_min = std::array::from_fn(|i| {
-            let t = lo[i] * if lo[i] < 0.0 { near_h[i] } else { far_h[i] };
-            t - t.abs() * slack + (self.middle - slack)
-        });
-        let t_max = std::array::from_fn(|i| {
-            let t = hi[i] * if hi[i] < 0.0 { far_h[i] } else { near_h[i] };
-            t + t.abs() * slack + (self.middle + slack)
-        });
+        let tiny = S::F::splat(s, 1e-30);
+        let near_h = one.div(near.max(tiny));
+        let far_h = one.div(far.max(tiny).min(one));
+        let (lo, hi) = (least(s, &self.across, p, node), most(s, &self.across, p, node));
+        let middle = S::F::splat(s, self.middle);
+        let slack = S::F::splat(s, 8.0 * U);
+        let t_min = lo.mul(near_h).min(lo.mul(far_h));
+        let t_min = middle.sub(slack).add(slack.neg_mul_add(t_min.abs(), t_min));
+        let t_max = hi.mul(near_h).max(hi.mul(far_h));
+        let t_max = middle.add(slack).add(slack.mul_add(t_max.abs(), t_max));
         Met {
             mask,
-            t_min,
-            t_max,
-            near,
+            t_min: t_min.store(),
+            t_max: t_max.store(),
         }
+    }
+
+    /// Which triangles of a block the fan may cut.
+    #[inline(always)]
+    pub(super) fn cuts<S: Simd>(&self, s: S, block: &TriangleBlock) -> u32 {
+        let [x, y, z] = &block.vertices;
+        let x = [
+            S::W::load(s, x).sub(S::W::splat(s, self.p[0])),
+            S::W::load(s, y).sub(S::W::splat(s, self.p[1])),
+            S::W::load(s, z).sub(S::W::splat(s, self.p[2])),
+        ];
+        let corners = &block.corners;
+        let padding = S::W::splat(s, self.side.padding);
+        let (lo, hi) = over_triangles(s, &self.side, &x, corners);
+        let mut mask = block.used & lo.le(padding) & S::W::splat(s, -self.side.padding).le(hi);
+        if mask == 0 {
+            return 0;
+        }
+        let (_, hi) = over_triangles(s, &self.left, &x, corners);
+        mask &= S::W::splat(s, -self.left.padding).le(hi);
+        let (_, hi) = over_triangles(s, &self.right, &x, corners);
+        mask &= S::W::splat(s, -self.right.padding).le(hi);
+        let (lo, hi) = over_triangles(s, &self.height, &x, corners);
+        let padding = self.height.padding;
+        mask & lo.le(S::W::splat(s, 1.0 + padding)) & S::W::splat(s, -padding).le(hi)
     }
 }

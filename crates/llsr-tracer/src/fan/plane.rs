@@ -31,6 +31,8 @@ pub(super) struct FanPlane {
     pub(super) normal: DVec3,
     /// Bounds the rounding error of `normal . x'` as a product with `|x'|`.
     permanent: DVec3,
+    /// A crossing whose h is closer than this to 0 or 1 may be at p or on the light, as far as rounding tells.
+    margin: f64,
     /// Gradients of alpha and h.
     pub(super) alpha: DVec3,
     pub(super) height: DVec3,
@@ -68,6 +70,8 @@ impl FanPlane {
             b,
             normal,
             permanent,
+            // Many times the rounding of h, which is a few units in the last place of the distance times the gradient.
+            margin: 1e-10 * height.length() * (to_a.length() + along.length()),
             alpha,
             height,
         })
@@ -101,6 +105,8 @@ pub(super) struct Crossing {
     /// alpha / h; infinite where the direction is parallel to the light.
     pub(super) t: f64,
     pub(super) ahead: bool,
+    /// Whether it lies before the light and away from p, beyond doubt.
+    pub(super) between: bool,
 }
 
 impl FanVertex {
@@ -109,6 +115,7 @@ impl FanVertex {
         Crossing {
             t: self.alpha / (self.height + 0.0),
             ahead: self.height >= 0.0,
+            between: false,
         }
     }
 }
@@ -117,13 +124,16 @@ impl FanVertex {
 ///
 /// The order of the vertices follows from their sides, so that both faces of an edge get the same bits.
 #[inline(always)]
-pub(super) fn crossing(below: &FanVertex, above: &FanVertex) -> Crossing {
+pub(super) fn crossing(fan: &FanPlane, below: &FanVertex, above: &FanVertex) -> Crossing {
     let alpha = above.side * below.alpha - below.side * above.alpha;
     // Adding zero turns a negative zero into a positive one.
     let height = above.side * below.height - below.side * above.height + 0.0;
+    let weight = above.side - below.side;
+    let slack = weight * fan.margin;
     Crossing {
         t: alpha / height,
         ahead: height >= 0.0,
+        between: slack < height && height < weight - slack,
     }
 }
 
@@ -148,11 +158,23 @@ const WIDEST_BRIDGE: f64 = 1e-9;
 ///
 /// The plane of the triangle must separate p from the point of the light, strictly; this is decided by exact signs,
 /// as in the ray test. The ray must pass between the crossings.
+#[inline(always)]
 pub(super) fn shadow(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing, c1: Crossing) -> Shadow {
     // A crossing in p itself has no direction; p then lies in the triangle, which does not block it.
     if !(c0.ahead || c1.ahead) || c0.t.is_nan() || c1.t.is_nan() {
         return Shadow::Nothing;
     }
+    let (lo, hi) = if c0.t < c1.t { (c0.t, c1.t) } else { (c1.t, c0.t) };
+    if c0.between && c1.between && hi - lo > WIDEST_BRIDGE {
+        // The whole cut lies between p and the light, and is not seen edge-on.
+        return Shadow::Blocks([[lo, hi], EMPTY]);
+    }
+    shadow_in_doubt(fan, triangle, c0, c1)
+}
+
+/// The same where the cut comes close to p or the light, or is seen edge-on.
+#[inline(never)]
+fn shadow_in_doubt(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing, c1: Crossing) -> Shadow {
     let [v0, v1, v2] = triangle.map(|v| v.as_dvec3());
     let (e1, e2) = (v1 - v0, v2 - v0);
     let normal = e1.cross(e2);

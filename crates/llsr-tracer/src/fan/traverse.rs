@@ -7,7 +7,6 @@ use super::gaps::Gaps;
 use super::plane::{FanPlane, FanVertex, Shadow, crossing, shadow};
 use super::shapes::block_shape;
 use super::{FanReport, FanScratch};
-use crate::block::TriangleBlock;
 use crate::build::{ChildRef, STACK, WideTree};
 use crate::lanes::{Kernel, Simd};
 use crate::part::Geometry;
@@ -42,7 +41,7 @@ impl Kernel for FanThroughPart<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, s: S) {
         let Self {
             geometry,
             fan,
@@ -51,24 +50,8 @@ impl Kernel for FanThroughPart<'_> {
             report,
         } = self;
         let FanScratch { gaps, stack, .. } = scratch;
-        let lanes = geometry.ids.len() / geometry.blocks.len().max(1);
-        walk(
-            &geometry.tree,
-            fan,
-            limits,
-            gaps,
-            stack,
-            report,
-            |at, gaps, report| {
-                if at.is_block() {
-                    block_by_triangles(fan, &geometry.blocks[at.index()], lanes, gaps, report)
-                } else {
-                    let shape = &geometry.shapes[at.index()];
-                    report.shapes += 1;
-                    block_shape(shape, fan.p, fan.a, fan.b, gaps)
-                }
-            },
-        );
+        let leaf = TriangleLeaf { geometry };
+        walk(s, &geometry.tree, fan, limits, gaps, stack, report, leaf);
     }
 }
 
@@ -87,40 +70,108 @@ impl<V: FnMut(usize, &mut Gaps, &mut FanReport)> Kernel for FanThroughParts<'_, 
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
-        let mut visit = self.visit;
+    fn run<S: Simd>(self, s: S) {
+        let leaf = PartLeaf { visit: self.visit };
         walk(
+            s,
             self.top,
             self.fan,
             self.limits,
             self.gaps,
             self.stack,
             self.report,
-            |at, gaps, report| {
-                visit(at.index(), gaps, report);
-                true
-            },
+            leaf,
         );
     }
 }
 
-/// Visits what the fan may meet and `leaf` until nothing is visible any more. `leaf` says whether it blocked anything.
+/// What happens at the leaves; a trait, because closures are not compiled with the caller's instructions.
+trait Leaf<S: Simd> {
+    /// Blocks what the leaf hides, and says whether it may have hidden anything.
+    fn block(
+        &mut self,
+        s: S,
+        at: ChildRef,
+        filter: &BoxFilter,
+        fan: &FanPlane,
+        gaps: &mut Gaps,
+        report: &mut FanReport,
+    ) -> bool;
+}
+
+struct TriangleLeaf<'a> {
+    geometry: &'a Geometry,
+}
+
+impl<S: Simd> Leaf<S> for TriangleLeaf<'_> {
+    #[inline(always)]
+    fn block(
+        &mut self,
+        s: S,
+        at: ChildRef,
+        filter: &BoxFilter,
+        fan: &FanPlane,
+        gaps: &mut Gaps,
+        report: &mut FanReport,
+    ) -> bool {
+        if !at.is_block() {
+            report.shapes += 1;
+            return block_shape(&self.geometry.shapes[at.index()], fan.p, fan.a, fan.b, gaps);
+        }
+        report.blocks += 1;
+        let block = &self.geometry.blocks[at.index()];
+        let mut mask = filter.cuts(s, block);
+        let mut changed = false;
+        while mask != 0 {
+            let lane = (mask.trailing_zeros() & 15) as usize;
+            mask &= mask - 1;
+            changed |= block_by_triangle(fan, block.triangle(lane), gaps, report);
+        }
+        changed
+    }
+}
+
+struct PartLeaf<V> {
+    visit: V,
+}
+
+impl<S: Simd, V: FnMut(usize, &mut Gaps, &mut FanReport)> Leaf<S> for PartLeaf<V> {
+    #[inline(always)]
+    fn block(
+        &mut self,
+        _: S,
+        at: ChildRef,
+        _: &BoxFilter,
+        _: &FanPlane,
+        gaps: &mut Gaps,
+        report: &mut FanReport,
+    ) -> bool {
+        (self.visit)(at.index(), gaps, report);
+        true
+    }
+}
+
+/// Visits what the fan may meet, down to the leaves, until nothing is visible any more.
 #[inline(always)]
-fn walk(
+#[expect(
+    clippy::too_many_arguments,
+    reason = "one caller each for trees of triangles and of parts"
+)]
+fn walk<S: Simd>(
+    s: S,
     tree: &WideTree,
     fan: &FanPlane,
     limits: Limits,
     gaps: &mut Gaps,
     stack: &mut Vec<Waiting>,
     report: &mut FanReport,
-    mut leaf: impl FnMut(ChildRef, &mut Gaps, &mut FanReport) -> bool,
+    mut leaf: impl Leaf<S>,
 ) {
     if gaps.is_empty() {
         return;
     }
-    let mut filter = BoxFilter::new(fan, &tree.bounds);
     let mut hull = gaps.hull();
-    filter.narrow(fan, hull);
+    let mut filter = BoxFilter::new(fan, &tree.bounds, hull);
     stack.clear();
     stack.reserve(STACK);
     let mut at = ChildRef::default();
@@ -132,7 +183,7 @@ fn walk(
         if at.is_node() {
             report.nodes += 1;
             let node = &tree.nodes[at.index()];
-            let met = filter.meets(node);
+            let met = filter.meets(s, node);
             let mut mask = met.mask;
             report.pruned_missed += WIDTH_U32 - mask.count_ones();
             let first = stack.len();
@@ -150,8 +201,7 @@ fn walk(
                     report.pruned_blocked += 1;
                     continue;
                 }
-                let width = entry.t_max.min(hull[1] as f32) - entry.t_min.max(hull[0] as f32);
-                let key = width - met.near[slot] * ORDER_NEAR;
+                let key = entry.t_max.min(hull[1] as f32) - entry.t_min.max(hull[0] as f32);
                 let mut place = stack.len();
                 stack.push(entry);
                 while place > first && keys[place - first - 1] > key {
@@ -162,7 +212,7 @@ fn walk(
                 stack[place] = entry;
                 keys[place - first] = key;
             }
-        } else if leaf(at, gaps, report) && limits.prune {
+        } else if leaf.block(s, at, &filter, fan, gaps, report) && limits.prune {
             if gaps.is_empty() {
                 return;
             }
@@ -183,27 +233,8 @@ fn walk(
 }
 
 const WIDTH_U32: u32 = crate::build::WIDTH as u32;
-const ORDER_NEAR: f32 = 0.0;
 
-/// Blocks what the triangles of a block hide.
-#[inline(always)]
-fn block_by_triangles(
-    fan: &FanPlane,
-    block: &TriangleBlock,
-    lanes: usize,
-    gaps: &mut Gaps,
-    report: &mut FanReport,
-) -> bool {
-    report.blocks += 1;
-    let mut changed = false;
-    // Unused lanes hold nothing that the plane could cut.
-    for lane in 0..lanes {
-        let triangle = block.triangle(lane);
-        changed |= block_by_triangle(fan, triangle, gaps, report);
-    }
-    changed
-}
-
+/// Blocks what a triangle hides.
 #[inline(always)]
 fn block_by_triangle(fan: &FanPlane, triangle: [Vec3; 3], gaps: &mut Gaps, report: &mut FanReport) -> bool {
     let [u, v, w] = triangle.map(|x: Vec3| fan.vertex(DVec3::from(x)));
@@ -221,9 +252,9 @@ fn block_by_triangle(fan: &FanPlane, triangle: [Vec3; 3], gaps: &mut Gaps, repor
         (w, u, v)
     };
     let (c0, c1) = if lone.side < 0.0 {
-        (crossing(&lone, &x), crossing(&lone, &y))
+        (crossing(fan, &lone, &x), crossing(fan, &lone, &y))
     } else {
-        (crossing(&x, &lone), crossing(&y, &lone))
+        (crossing(fan, &x, &lone), crossing(fan, &y, &lone))
     };
     if c0.ahead && c1.ahead && !gaps.meets(c0.t.min(c1.t), c0.t.max(c1.t)) {
         return false;
