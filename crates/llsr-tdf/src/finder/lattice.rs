@@ -54,6 +54,11 @@ impl Lattice {
         (self.shift + index as f64) * self.spacing
     }
 
+    /// The width of so many steps, in light parameters.
+    pub(super) fn width(&self, steps: i64) -> f64 {
+        steps as f64 * self.spacing
+    }
+
     /// The place of `t` in steps: lattice points are whole numbers.
     pub(super) fn steps(&self, t: f64) -> f64 {
         t * self.end as f64 - self.shift
