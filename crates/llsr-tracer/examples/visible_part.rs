@@ -10,7 +10,12 @@ use llsr_visibility::Partition;
 fn main() {
     let mut scene = Scene::new("a post on a floor");
     let material = scene.add_material(Material::diffuse("grey", Vec3::splat(0.5)));
-    let shape = Shape::Cylinder { a: Vec3::ZERO, b: Vec3::new(0.0, 3.0, 0.0), radius: 0.1, capped: true };
+    let shape = Shape::Cylinder {
+        a: Vec3::ZERO,
+        b: Vec3::new(0.0, 3.0, 0.0),
+        radius: 0.1,
+        capped: true,
+    };
     scene.add_primitive("post", Primitive { shape, material });
     let (tracer, _) = Tracer::new(&scene);
 
@@ -19,8 +24,11 @@ fn main() {
     for x in [0.0, 0.5, 1.0, 1.5] {
         let p = DVec3::new(x, 0.0, 1.0);
         tracer.visible_part(p, a, b, &mut scratch, &mut visible);
-        let panels: Vec<String> =
-            visible.panels().iter().map(|panel| format!("{:.4} to {:.4}", panel.start, panel.end)).collect();
+        let panels: Vec<String> = visible
+            .panels()
+            .iter()
+            .map(|panel| format!("{:.4} to {:.4}", panel.start, panel.end))
+            .collect();
         println!("from x = {x}: {}", panels.join(" and "));
     }
 }
