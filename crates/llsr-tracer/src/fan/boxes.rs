@@ -130,6 +130,8 @@ pub(super) struct Met {
     /// The light parameters behind each child: at most the least and at least the greatest.
     pub(super) t_min: [f32; WIDTH],
     pub(super) t_max: [f32; WIDTH],
+    /// At most the least h of each child: 0 at p, 1 on the light.
+    pub(super) near: [f32; WIDTH],
 }
 
 impl BoxFilter {
@@ -184,6 +186,7 @@ impl BoxFilter {
                 mask,
                 t_min: [0.0; WIDTH],
                 t_max: [0.0; WIDTH],
+                near: [0.0; WIDTH],
             };
         }
         // alpha / h - middle is extreme at corners; where the box reaches p nothing bounds it. What lies beyond the light does
@@ -202,6 +205,7 @@ impl BoxFilter {
             mask,
             t_min: t_min.store(),
             t_max: t_max.store(),
+            near: near.store(),
         }
     }
 

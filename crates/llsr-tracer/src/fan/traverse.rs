@@ -187,7 +187,7 @@ fn walk<S: Simd>(
             let mut mask = met.mask;
             report.pruned_missed += WIDTH_U32 - mask.count_ones();
             let first = stack.len();
-            // What hides most waits on top.
+            // The nearest waits on top: of equally dense surfaces it hides most at the least cost.
             let mut keys = [0f32; crate::build::WIDTH];
             while mask != 0 {
                 let slot = (mask.trailing_zeros() & 7) as usize;
@@ -201,7 +201,7 @@ fn walk<S: Simd>(
                     report.pruned_blocked += 1;
                     continue;
                 }
-                let key = entry.t_max.min(hull[1] as f32) - entry.t_min.max(hull[0] as f32);
+                let key = -met.near[slot];
                 let mut place = stack.len();
                 stack.push(entry);
                 while place > first && keys[place - first - 1] > key {
