@@ -15,7 +15,8 @@
 //! - A glTF node with a `KHR_lights_punctual` point light is a point light of 4π times its intensity. If the
 //!   `extras` of the node or the light hold `{"llsr": {"length": 1.2}}` it is a linear light of that length along the node's
 //!   x axis, its middle at the node's origin, scaled with the node; `"emission": "isotropic"` and `"radius"`
-//!   may stand beside the length. Its colour is scaled to luminance 1. Spot and directional lights are left out.
+//!   may stand beside the length. `{"llsr": {"rect": [0.6, 1.2]}}` makes it a rectangle of that width (x) and height (y),
+//!   `{"llsr": {"disc": 0.3}}` a disc of that radius, both shining along the node's -z axis. Its colour is scaled to luminance 1. Spot and directional lights are left out.
 //! - A long thin part of an emissive material (with `KHR_materials_emissive_strength`) is a linear light of π times luminance
 //!   times area. A part is a connected set of triangles of one material in one mesh, corners at equal positions being
 //!   connected; it is long and thin if its length is at least 10 times its larger cross extent and the cross extents differ
