@@ -32,6 +32,20 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "llsr-visibility",
         ],
     ),
+    (
+        "llsr-epr",
+        &[
+            "llsr-shading",
+            "llsr-edges",
+            "llsr-epi",
+            "llsr-render-cache",
+            "llsr-tracer",
+            "llsr-quadrature",
+            "llsr-intervals",
+            "llsr-scene",
+            "llsr-visibility",
+        ],
+    ),
 ];
 
 /// Libraries that appear in exactly one shipped crate.

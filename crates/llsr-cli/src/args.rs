@@ -140,6 +140,16 @@ pub(crate) struct RenderArgs {
     /// Do work that is left out otherwise, to measure what that saves
     #[arg(long, value_enum, value_name = "KIND", value_delimiter = ',')]
     pub(crate) no_skip: Vec<Skip>,
+    /// Shade few pixels and rebuild the others from edges and points (Bala et al. 2003)
+    #[arg(long, value_enum, value_name = "HOW", conflicts_with_all = ["spp", "refine"])]
+    pub(crate) reconstruct: Option<Reconstruct>,
+    /// With --reconstruct: shaded pixels as a share of all
+    #[arg(long, value_name = "D", default_value_t = 0.05, value_parser = density, requires = "reconstruct")]
+    pub(crate) density: f64,
+    /// With --reconstruct: rounds in which these are chosen
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=64),
+        requires = "reconstruct")]
+    pub(crate) rounds: u32,
     /// Layers of an .exr beside the picture, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', long_help = LAYERS)]
     pub(crate) aov: Vec<String>,
@@ -168,7 +178,11 @@ const LAYERS: &str = "Layers of an .exr beside the picture, separated by commas:
   tests                visibility tests
   certificate          0 exact, 1 ends exact and gaps bounded by nu, 2 sampled
   albedo, normal       of the surface
-  depth                distance along the ray (m)";
+  depth                distance along the ray (m)
+With --reconstruct: irradiance, albedo, normal, depth, and
+  edges                0 without an edge, 0.5 with one, 1 in complex pixels
+  reach                the neighbours that a pixel reaches, 24 bits as a number
+  samples              the round in which a pixel was shaded, 0 if it was not; minus the points shaded in a complex pixel";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shader {
@@ -186,6 +200,14 @@ pub(crate) enum Skip {
     Clip,
     /// Subtrees that hide nothing new from a fan query
     Prune,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Reconstruct {
+    /// The edge-and-point image
+    Epi,
+    /// The same samples without regard to edges, for comparison
+    Blind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -267,6 +289,13 @@ fn size(text: &str) -> Result<(u32, u32), String> {
         ));
     }
     Ok((width, height))
+}
+
+fn density(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("a share of the pixels above 0 and at most 1 is needed".to_owned()),
+    }
 }
 
 fn share(text: &str) -> Result<f64, String> {

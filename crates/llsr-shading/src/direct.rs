@@ -16,12 +16,16 @@ use crate::search::{samples_to_panels, single_change};
 use crate::{LightClass, Method, Settings, Statistics, SurfacePoint};
 
 /// Which pixel is being shaded; seeds patterns and picks from dither masks.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Pixel {
-    pub(crate) x: u32,
-    pub(crate) y: u32,
-    pub(crate) index: u64,
-    pub(crate) subsample: u32,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pixel {
+    /// Column.
+    pub x: u32,
+    /// Row.
+    pub y: u32,
+    /// Number of the pixel in its picture.
+    pub index: u64,
+    /// Which of the pixel's samples.
+    pub subsample: u32,
 }
 
 /// What the neighbouring pixel saw of a light; the caller carries it along a row and starts anew with the
@@ -131,7 +135,7 @@ enum Source {
 #[derive(Debug)]
 pub struct DirectLight<'a> {
     tracer: &'a Tracer,
-    settings: &'a Settings,
+    pub(crate) settings: &'a Settings,
     sources: Vec<Source>,
     /// Nodes and weights of the Gauss rule on [0, 1], for [`Method::Gauss`].
     gauss: (Vec<f64>, Vec<f64>),
@@ -157,6 +161,11 @@ impl<'a> DirectLight<'a> {
             stack: GaussRule::new(settings.light_lines as usize).iter().collect(),
             roughness: scene.materials.iter().map(|m| f64::from(m.roughness)).collect(),
         }
+    }
+
+    /// Number of lights of the scene.
+    pub(crate) fn light_count(&self) -> usize {
+        self.sources.len()
     }
 
     /// Light of one light on a surface point.

@@ -3,6 +3,7 @@
 //! [`DirectLight`] shades one surface point with one light and can be used on its own; [`render`] makes a
 //! picture on all threads of the current rayon pool, the same bits for any number of them.
 
+mod alone;
 mod direct;
 mod film;
 mod random;
@@ -13,7 +14,7 @@ mod share;
 mod statistics;
 mod surface;
 
-pub use direct::{DirectLight, LightAnswer, LightState, Scratch};
+pub use direct::{DirectLight, LightAnswer, LightState, Pixel, Scratch};
 pub use film::{Film, Layer};
 pub use render::{Interrupted, Rendered, TILE, render, tile_count};
 pub use settings::{Method, Settings, Wasteful};

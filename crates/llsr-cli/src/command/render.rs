@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use llsr_epr::{StillCounts, StillError, StillLayer, StillSettings, render_still, still_steps};
 use llsr_io::{Development, Image, Tone, exposure_for, write_exr, write_png};
 use llsr_scene::Viewport;
 use llsr_shading::{Layer, Rendered, Settings, Statistics, Wasteful, render, tile_count};
@@ -28,7 +29,14 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
     let load_seconds = watch.read();
     need_light(&loaded, &args.scene.scene)?;
     let scene = &loaded.scene;
-    let settings = settings(args, common, scene)?;
+    let still = args
+        .reconstruct
+        .map(|how| still_settings(args, common, how))
+        .transpose()?;
+    let settings = match &still {
+        Some(still) => still.shading.clone(),
+        None => settings(args, common, scene)?,
+    };
     let watch = Stopwatch::start();
     let (tracer, dropped) = Tracer::new(scene);
     let build_seconds = watch.read();
@@ -45,12 +53,26 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
         report::print_warnings(&warnings, 3, &args.scene.scene);
     }
 
-    let progress = Progress::new("rendering", tile_count(viewport), common.quiet);
+    let steps = still
+        .as_ref()
+        .map_or(tile_count(viewport), |still| still_steps(viewport, still.rounds));
+    let progress = Progress::new("rendering", steps, common.quiet);
+    let step = || progress.step();
     let watch = Stopwatch::start();
-    let rendered = render(scene, &tracer, &camera, viewport, &settings, &|| progress.step());
+    let rendered = match &still {
+        Some(still) => render_still(scene, &tracer, &camera, viewport, still, &[], &step)
+            .map(|made| (made.film, made.statistics, Some(made.counts)))
+            .map_err(|error| match error {
+                StillError::Interrupted => Failure::Interrupted,
+                error => Failure::Usage(format!("--size: {error}")),
+            }),
+        None => render(scene, &tracer, &camera, viewport, &settings, &step)
+            .map(|Rendered { film, statistics }| (film, statistics, None))
+            .map_err(|_| Failure::Interrupted),
+    };
     let render_seconds = watch.read();
     progress.finish();
-    let Rendered { film, statistics } = rendered.map_err(|_| Failure::Interrupted)?;
+    let (film, statistics, counts) = rendered?;
 
     let picture = Image {
         width: width as usize,
@@ -97,6 +119,9 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
         object.insert("exposure".to_owned(), json!(exposure));
         object.insert("seconds".to_owned(), seconds_json(&seconds, |s| s.wall));
         object.insert("cpu_seconds".to_owned(), seconds_json(&seconds, |s| s.cpu));
+        if let (Some(still), Some(counts)) = (&still, &counts) {
+            object.insert("reconstruct".to_owned(), still_json(still, counts));
+        }
         object.insert("warnings".to_owned(), json!(warnings));
         report::write_json(path, &value)?;
     }
@@ -117,6 +142,9 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
             count(rayon::current_num_threads(), "thread")
         );
         print_statistics(&statistics);
+        if let Some(counts) = &counts {
+            print_still(counts);
+        }
         println!("wrote {}", args.output.display());
         if newcomer {
             println!(
@@ -154,6 +182,60 @@ impl Format {
     }
 }
 
+/// Settings of `--reconstruct`.
+fn still_settings(
+    args: &RenderArgs,
+    common: &Common,
+    how: args::Reconstruct,
+) -> Result<StillSettings, Failure> {
+    let mut layers = Vec::new();
+    for name in &args.aov {
+        let layer = StillLayer::parse(name.trim()).ok_or_else(|| {
+            let known: Vec<_> = StillLayer::ALL.iter().map(|known| known.0).collect();
+            Failure::Usage(format!(
+                "--aov {name}: with --reconstruct there is no such layer; there are {}",
+                known.join(", ")
+            ))
+        })?;
+        if !layers.contains(&layer) {
+            layers.push(layer);
+        }
+    }
+    Ok(StillSettings {
+        density: args.density,
+        rounds: args.rounds,
+        edges: how == args::Reconstruct::Epi,
+        shading: shading_settings(args, common, Vec::new()),
+        layers,
+        ..StillSettings::default()
+    })
+}
+
+fn still_json(still: &StillSettings, counts: &StillCounts) -> Value {
+    json!({
+        "density": still.density,
+        "rounds": still.rounds,
+        "edge_segments": counts.segments,
+        "pixels": { "empty": counts.empty, "simple": counts.simple, "complex": counts.complex },
+        "shaded": counts.rounds,
+        "regions_missed": counts.regions_missed,
+        "complex_shaded": counts.complex_shaded,
+        "detailed": counts.detailed,
+    })
+}
+
+fn print_still(counts: &StillCounts) {
+    let pixels = (counts.empty + counts.simple + counts.complex) as u64;
+    let percent = |part: usize| 100.0 * share(part as u64, pixels);
+    println!(
+        "shaded {:.1}% of the pixels; {:.1}% have one edge, {:.1}% are complex ({} points shaded there)",
+        percent(counts.rounds.iter().sum()),
+        percent(counts.simple),
+        percent(counts.complex),
+        counts.complex_shaded
+    );
+}
+
 fn settings(args: &RenderArgs, common: &Common, scene: &llsr_scene::Scene) -> Result<Settings, Failure> {
     let mut layers = Vec::new();
     for name in &args.aov {
@@ -171,7 +253,11 @@ fn settings(args: &RenderArgs, common: &Common, scene: &llsr_scene::Scene) -> Re
             }
         }
     }
-    Ok(Settings {
+    Ok(shading_settings(args, common, layers))
+}
+
+fn shading_settings(args: &RenderArgs, common: &Common, layers: Vec<Layer>) -> Settings {
+    Settings {
         method: args.method,
         epsilon: args.epsilon,
         nu: args.nu,
@@ -188,7 +274,7 @@ fn settings(args: &RenderArgs, common: &Common, scene: &llsr_scene::Scene) -> Re
         refine: args.refine.is_some(),
         seed: common.seed,
         layers,
-    })
+    }
 }
 
 fn share(part: u64, whole: u64) -> f64 {

@@ -1,0 +1,225 @@
+//! From light to colours: albedo, texture detail and complex pixels.
+
+use glam::{Vec3, Vec3A};
+use llsr_epi::{EdgePointImage, Picture, PixelClass};
+use llsr_shading::{Pixel, Statistics, SurfacePoint};
+use rayon::prelude::*;
+
+use crate::still::sample::{Brush, Shaded};
+use crate::still::surface::{Seen, look};
+use crate::still::{StillCounts, radiance};
+
+/// Rays through a pixel around which the albedo changes.
+const DETAIL: u32 = 4;
+/// Relative difference between neighbours from which the albedo is said to change.
+const CHANGE: f32 = 0.05;
+/// Pixels to each side in which a complex pixel looks for light on its surfaces before it shades them itself.
+const REACH: u32 = 2;
+
+pub(crate) struct Painter<'a> {
+    pub(crate) shaded: &'a Shaded<'a>,
+    pub(crate) image: &'a EdgePointImage,
+    pub(crate) seen: &'a [Seen],
+    pub(crate) light: &'a [Vec3A],
+    pub(crate) complex_samples: u32,
+    pub(crate) progress: &'a (dyn Fn() -> bool + Sync),
+    pub(crate) counts: &'a mut StillCounts,
+    pub(crate) statistics: &'a mut Statistics,
+}
+
+/// Where subsample `index` of `count` lies in its pixel: Hammersley's set.
+fn subpixel(count: u32, index: u32) -> (f64, f64) {
+    let x = (f64::from(index) + 0.5) / f64::from(count);
+    let y = f64::from(index.reverse_bits()) / (1u64 << 32) as f64;
+    (x, (y + 0.5 / f64::from(count)).fract())
+}
+
+impl Painter<'_> {
+    /// Colours of all pixels that are not complex, before edges are blended.
+    pub(crate) fn details(&mut self, picture: &mut Picture) -> Option<()> {
+        let viewport = self.shaded.viewport;
+        let width = viewport.width as usize;
+        let this = &*self;
+        let rows: Option<Vec<(Vec<Vec3>, usize)>> = (0..viewport.height)
+            .into_par_iter()
+            .map(|y| {
+                let mut detailed = 0;
+                let row = (0..viewport.width)
+                    .map(|x| {
+                        let index = y as usize * width + x as usize;
+                        let seen = &this.seen[index];
+                        let (mut albedo, mut emission) = (seen.albedo, seen.emission);
+                        if this.image.class(x, y) == PixelClass::Empty && this.is_detailed(x, y) {
+                            detailed += 1;
+                            (albedo, emission) = this.average(x, y);
+                        }
+                        radiance(albedo, emission, this.light[index], this.shaded.glossy)
+                    })
+                    .collect();
+                (this.progress)().then_some((row, detailed))
+            })
+            .collect();
+        for (y, (row, detailed)) in (0..).zip(rows?) {
+            self.counts.detailed += detailed;
+            for (x, colour) in (0..).zip(row) {
+                picture.set_pixel(x, y, colour);
+            }
+        }
+        self.statistics.primary_rays += self.counts.detailed as u64 * u64::from(DETAIL);
+        Some(())
+    }
+
+    /// Does the albedo change towards one of the four nearest pixels?
+    fn is_detailed(&self, x: u32, y: u32) -> bool {
+        let (width, height) = self.image.size();
+        let here = &self.seen[(y * width + x) as usize];
+        [(-1, 0), (1, 0), (0, -1), (0, 1)].into_iter().any(|(dx, dy)| {
+            let (u, v) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+            if u >= width || v >= height {
+                return false;
+            }
+            let there = &self.seen[(v * width + u) as usize];
+            let differ = |a: Vec3, b: Vec3| (a - b).abs().max_element() > CHANGE * (a + b).max_element();
+            differ(here.albedo, there.albedo)
+                || (!here.same_material(there) && differ(here.emission, there.emission))
+        })
+    }
+
+    /// Mean albedo and emission of a pixel.
+    fn average(&self, x: u32, y: u32) -> (Vec3, Vec3) {
+        let (mut albedo, mut emission) = (Vec3::ZERO, Vec3::ZERO);
+        for index in 0..DETAIL {
+            if let Some(point) = self.look(x, y, subpixel(DETAIL, index)) {
+                albedo += point.albedo;
+                emission += point.emission;
+            }
+        }
+        (albedo / DETAIL as f32, emission / DETAIL as f32)
+    }
+
+    fn look(&self, x: u32, y: u32, (dx, dy): (f64, f64)) -> Option<SurfacePoint> {
+        let Shaded {
+            scene,
+            tracer,
+            camera,
+            viewport,
+            ..
+        } = *self.shaded;
+        look(
+            scene,
+            tracer,
+            camera,
+            viewport,
+            f64::from(x) + dx,
+            f64::from(y) + dy,
+        )
+    }
+
+    /// Supersamples the complex pixels, and lists how many points were shaded in each.
+    pub(crate) fn complex(&mut self, picture: &mut Picture) -> Option<Vec<(u32, u32, u32)>> {
+        let pixels: Vec<(u32, u32)> = self.image.complex_pixels().collect();
+        let length = pixels.len().div_ceil(self.shaded.viewport.height as usize).max(1);
+        let this = &*self;
+        let parts: Option<Vec<_>> = pixels
+            .par_chunks(length)
+            .map_init(Brush::default, |brush, pixels| {
+                let mut counts = Statistics::default();
+                let colours: Vec<(Vec3, u32)> = pixels
+                    .iter()
+                    .map(|&(x, y)| this.supersample(x, y, brush, &mut counts))
+                    .collect();
+                (this.progress)().then_some((colours, counts))
+            })
+            .collect();
+        let mut colours = Vec::with_capacity(pixels.len());
+        for (part, counts) in parts? {
+            colours.extend(part);
+            self.statistics.add(&counts);
+        }
+        let mut list = Vec::with_capacity(pixels.len());
+        for (&(x, y), (colour, shaded)) in pixels.iter().zip(colours) {
+            picture.set_pixel(x, y, colour);
+            self.counts.complex_shaded += shaded as usize;
+            list.push((x, y, shaded));
+        }
+        Some(list)
+    }
+
+    /// The colour of a complex pixel and the number of points that were shaded for it.
+    fn supersample(&self, x: u32, y: u32, brush: &mut Brush, statistics: &mut Statistics) -> (Vec3, u32) {
+        // Surfaces in the pixel: what the first ray to each found, rays, sums of albedo and emission.
+        struct Group {
+            point: SurfacePoint,
+            seen: Seen,
+            subsample: u32,
+            rays: u32,
+            albedo: Vec3,
+            emission: Vec3,
+        }
+        let mut groups: Vec<Group> = Vec::new();
+        let count = self.complex_samples;
+        for subsample in 0..count {
+            statistics.primary_rays += 1;
+            let Some(point) = self.look(x, y, subpixel(count, subsample)) else {
+                continue;
+            };
+            let seen = Seen::new(&point);
+            let known = groups.iter().position(|group| group.seen.is_near(&seen));
+            let number = known.unwrap_or_else(|| {
+                groups.push(Group {
+                    point,
+                    seen,
+                    subsample,
+                    rays: 0,
+                    albedo: Vec3::ZERO,
+                    emission: Vec3::ZERO,
+                });
+                groups.len() - 1
+            });
+            let group = &mut groups[number];
+            group.rays += 1;
+            group.albedo += point.albedo;
+            group.emission += point.emission;
+        }
+        let mut colour = Vec3::ZERO;
+        let mut shaded = 0;
+        for group in &groups {
+            let rays = group.rays as f32;
+            let light = self.light_around(x, y, &group.seen).unwrap_or_else(|| {
+                shaded += 1;
+                let at = Pixel {
+                    x,
+                    y,
+                    index: u64::from(y) * u64::from(self.shaded.viewport.width) + u64::from(x),
+                    subsample: group.subsample,
+                };
+                self.shaded.light(&group.point, at, brush, statistics)
+            });
+            let mean = radiance(
+                group.albedo / rays,
+                group.emission / rays,
+                light,
+                self.shaded.glossy,
+            );
+            colour += mean * (rays / count as f32);
+        }
+        (colour, shaded)
+    }
+
+    /// Light on a surface as pixels around that are not complex have it; `None` if none of them sees that surface.
+    fn light_around(&self, x: u32, y: u32, surface: &Seen) -> Option<Vec3A> {
+        let (width, height) = self.image.size();
+        let (mut sum, mut weights) = (Vec3A::ZERO, 0.0);
+        for v in y.saturating_sub(REACH)..(y + REACH + 1).min(height) {
+            for u in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
+                let index = v as usize * width as usize + u as usize;
+                if self.image.class(u, v) != PixelClass::Complex && self.seen[index].is_near(surface) {
+                    let weight = 1.0 / (u.abs_diff(x).pow(2) + v.abs_diff(y).pow(2)) as f32;
+                    sum += self.light[index] * weight;
+                    weights += weight;
+                }
+            }
+        }
+        (weights > 0.0).then(|| sum / weights)
+    }
+}
