@@ -60,7 +60,9 @@ fn extreme<S: Simd>(
     planes: [Plane; 3],
     value: f32,
 ) -> S::F {
-    let [gx, gy, gz] = linear.gradient.map(|g| S::F::splat(s, g));
+    // Without closures: they are not compiled with the caller's instructions.
+    let [gx, gy, gz] = linear.gradient;
+    let (gx, gy, gz) = (S::F::splat(s, gx), S::F::splat(s, gy), S::F::splat(s, gz));
     let x = S::F::load(s, planes[0].of(node)).sub(S::F::splat(s, p[0]));
     let y = S::F::load(s, planes[1].of(node)).sub(S::F::splat(s, p[1]));
     let z = S::F::load(s, planes[2].of(node)).sub(S::F::splat(s, p[2]));
@@ -96,7 +98,8 @@ fn least<S: Simd>(s: S, linear: &Linear, p: &[f32; 3], node: &WideNode) -> S::F 
 /// The least and greatest value over each triangle, without padding.
 #[inline(always)]
 fn over_triangles<S: Simd>(s: S, linear: &Linear, x: &[S::W; 3], corners: &[[u8; BLOCK]; 3]) -> (S::W, S::W) {
-    let [gx, gy, gz] = linear.gradient.map(|g| S::W::splat(s, g));
+    let [gx, gy, gz] = linear.gradient;
+    let (gx, gy, gz) = (S::W::splat(s, gx), S::W::splat(s, gy), S::W::splat(s, gz));
     let value = gx.mul_add(
         x[0],
         gy.mul_add(x[1], gz.mul_add(x[2], S::W::splat(s, linear.constant))),

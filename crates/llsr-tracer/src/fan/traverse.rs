@@ -237,7 +237,12 @@ const WIDTH_U32: u32 = crate::build::WIDTH as u32;
 /// Blocks what a triangle hides.
 #[inline(always)]
 fn block_by_triangle(fan: &FanPlane, triangle: [Vec3; 3], gaps: &mut Gaps, report: &mut FanReport) -> bool {
-    let [u, v, w] = triangle.map(|x: Vec3| fan.vertex(DVec3::from(x)));
+    let [u, v, w] = triangle;
+    let (u, v, w) = (
+        fan.vertex(DVec3::from(u)),
+        fan.vertex(DVec3::from(v)),
+        fan.vertex(DVec3::from(w)),
+    );
     let (nu, nv, nw) = (u.side < 0.0, v.side < 0.0, w.side < 0.0);
     if nu == nv && nv == nw {
         return !nu && block_by_edge(fan, triangle, [u, v, w], gaps);
