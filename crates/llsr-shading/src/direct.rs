@@ -42,6 +42,21 @@ impl LightState {
         self.lines.iter_mut().for_each(LineState::clear);
     }
 
+    /// Takes over what another neighbour, the pixel above, saw of each line, where that has more changes.
+    pub(crate) fn prefer_richer(&mut self, above: &Self) {
+        for (index, above) in above.lines.iter().enumerate() {
+            self.line(index).changes.prefer_richer(&above.changes);
+        }
+    }
+
+    /// Copies the changes of another state and keeps the memory.
+    pub(crate) fn copy_changes(&mut self, from: &Self) {
+        self.clear();
+        for (index, from) in from.lines.iter().enumerate() {
+            self.line(index).changes.clone_from(&from.changes);
+        }
+    }
+
     fn line(&mut self, index: usize) -> &mut LineState {
         if self.lines.len() <= index {
             self.lines.resize(index + 1, LineState::default());

@@ -12,8 +12,8 @@ use crate::random::{mix, stream};
 use crate::share::{representative, split_surface};
 use crate::{DirectLight, Film, Layer, LightAnswer, LightState, Scratch, Settings, Statistics, SurfacePoint};
 
-/// Width and height of a tile in pixels: wide, because coherence runs along rows and starts anew at each tile.
-pub const TILE: (u32, u32) = (128, 8);
+/// Width and height of a tile in pixels. Large, because coherence starts anew at each tile.
+pub const TILE: (u32, u32) = (64, 32);
 
 /// A finished picture.
 #[derive(Clone, Debug)]
@@ -203,6 +203,8 @@ impl Tile {
 struct Brush {
     scratch: Scratch,
     states: Vec<LightState>,
+    /// The states after each pixel of the row above, column by column.
+    above: Vec<LightState>,
     surfaces: Vec<SurfacePoint>,
     pixel: Vec<f64>,
 }
@@ -229,15 +231,27 @@ impl Painter<'_> {
             .sum::<usize>();
         let mut values = vec![0f32; channels * tile.pixels()];
         let mut statistics = Statistics::default();
+        let lights = self.scene.lights.len();
+        brush.states.iter_mut().for_each(LightState::clear);
+        brush.states.resize(lights, LightState::default());
+        brush.above.iter_mut().for_each(LightState::clear);
+        brush
+            .above
+            .resize(lights * tile.width as usize, LightState::default());
         for row in 0..tile.height {
-            brush.states.iter_mut().for_each(LightState::clear);
-            brush
-                .states
-                .resize(self.scene.lights.len(), LightState::default());
-            for column in 0..tile.width {
+            for step in 0..tile.width {
+                // In serpentine order every pixel but the first follows a neighbour.
+                let column = if row % 2 == 0 { step } else { tile.width - 1 - step };
                 brush.pixel.clear();
                 brush.pixel.resize(channels, 0.0);
+                let in_column = column as usize * lights..(column as usize + 1) * lights;
+                for (state, above) in brush.states.iter_mut().zip(&brush.above[in_column.clone()]) {
+                    state.prefer_richer(above);
+                }
                 self.pixel(tile.x + column, tile.y + row, brush, &mut statistics);
+                for (state, above) in brush.states.iter().zip(&mut brush.above[in_column]) {
+                    above.copy_changes(state);
+                }
                 let index = (row * tile.width + column) as usize;
                 for (channel, &value) in brush.pixel.iter().enumerate() {
                     values[channel * tile.pixels() + index] = value as f32;

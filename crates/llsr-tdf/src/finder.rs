@@ -76,9 +76,22 @@ impl Shift {
 ///
 /// As with [`Coherence`](crate::Coherence), the caller carries it from pixel to pixel and [clears](Self::clear)
 /// it wherever the next pixel is no neighbour.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct ChangeCoherence {
     changes: Vec<f64>,
+}
+
+impl Clone for ChangeCoherence {
+    fn clone(&self) -> Self {
+        Self {
+            changes: self.changes.clone(),
+        }
+    }
+
+    /// Keeps the memory: a row of pixels can be remembered without allocation.
+    fn clone_from(&mut self, source: &Self) {
+        self.changes.clone_from(&source.changes);
+    }
 }
 
 impl ChangeCoherence {
