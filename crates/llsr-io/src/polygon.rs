@@ -17,22 +17,39 @@ const FLATNESS: f64 = 0.01;
 pub(crate) enum Outcome {
     /// As it should.
     Plain,
+    /// Fewer than three corners follow each other at different places: no triangles.
+    Empty,
     /// Its corners do not lie in a plane; it was cut as seen along its mean normal.
     NonPlanar,
-    /// Its outline crosses itself or encloses nothing; it became a fan from the first corner.
+    /// Its outline crosses itself, encloses nothing or is too long; it became a fan from the first corner.
     Fan,
 }
 
 /// Cuts the polygon with these corners into triangles of corner numbers, oriented as the polygon.
 ///
-/// Convex outlines become a fan, others a constrained Delaunay triangulation in the plane of their mean normal
-/// (the one whose components are the areas of the outline's projections). Outlines may touch themselves, as a
-/// slit to a hole does. Triangles are appended to `triangles`; each corner number is below `corners.len()`.
+/// Corners at the place of the one before are skipped. Convex outlines become a fan, others a constrained Delaunay
+/// triangulation in the plane of their mean normal (the one whose components are the areas of the outline's
+/// projections). Outlines may touch themselves, as a slit to a hole does. Triangles are appended to `triangles`;
+/// each corner number is below `corners.len()`.
 pub(crate) fn triangulate(corners: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> Outcome {
     let n = corners.len();
-    if n < 3 {
-        return Outcome::Plain;
+    let moves_on = |i: &u32| corners[*i as usize] != corners[(*i as usize + n - 1) % n];
+    let outline: Vec<u32> = (0..n as u32).filter(moves_on).collect();
+    if outline.len() < 3 {
+        return Outcome::Empty;
     }
+    let start = triangles.len();
+    let places: Vec<DVec3> = outline.iter().map(|&i| corners[i as usize]).collect();
+    let outcome = triangulate_outline(&places, triangles);
+    for triangle in &mut triangles[start..] {
+        *triangle = triangle.map(|i| outline[i as usize]);
+    }
+    outcome
+}
+
+/// The same for at least three corners, each at another place than the one before.
+fn triangulate_outline(corners: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> Outcome {
+    let n = corners.len();
     let fan = |triangles: &mut Vec<[u32; 3]>| triangles.extend((2..n as u32).map(|i| [0, i - 1, i]));
     if n == 3 {
         fan(triangles);
@@ -47,7 +64,7 @@ pub(crate) fn triangulate(corners: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> O
         .iter()
         .map(|&c| (c - origin).abs().max_element())
         .fold(0.0, f64::max);
-    let Some(normal) = mean_normal.try_normalize().filter(|_| size > 0.0) else {
+    let Some(normal) = mean_normal.try_normalize() else {
         fan(triangles);
         return Outcome::Fan;
     };

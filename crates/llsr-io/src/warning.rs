@@ -154,9 +154,10 @@ impl Warnings {
                 self.list.last_mut().expect("just pushed")
             }
         };
+        let before = warning.count;
         warning.count += count;
         // Places of the same name are named once, but not compared for ever.
-        if warning.elements.len() < NAMED && warning.count <= SEARCHED {
+        if warning.elements.len() < NAMED && before < SEARCHED {
             let element = shortened(element());
             if !warning.elements.contains(&element) {
                 warning.elements.push(element);
@@ -202,4 +203,36 @@ pub(crate) fn shortened(text: String) -> String {
         short.push('…');
     }
     short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_sentence_for_each_kind_with_the_first_places() {
+        let mut warnings = Warnings::default();
+        warnings.add_many(WarningKind::Needle, 200, || "mesh a".to_owned());
+        for i in 0..5 {
+            warnings.add(WarningKind::BadIndex, || format!("line {}", i / 2));
+            warnings.add_many(WarningKind::Needle, 0, || unreachable!("nothing to name"));
+        }
+        let list: Vec<String> = warnings.into_list().iter().map(ToString::to_string).collect();
+        assert!(list[0].ends_with("seen: mesh a and 199 more"), "{}", list[0]);
+        assert!(
+            list[1].ends_with("left out: line 0, line 1, line 2 and 2 more"),
+            "{}",
+            list[1]
+        );
+    }
+
+    #[test]
+    fn names_from_files_stay_on_one_short_line() {
+        let text = shortened(format!("a\nb\u{1b}[31m{}", "x".repeat(500)));
+        assert!(
+            text.starts_with("a\\nb\\u{1b}[31mx") && text.ends_with('…'),
+            "{text}"
+        );
+        assert!(text.chars().count() < 140, "{} letters", text.chars().count());
+    }
 }

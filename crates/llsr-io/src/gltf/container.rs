@@ -71,6 +71,7 @@ pub(super) struct PreciseNode {
 
 /// Reads the JSON text twice: for the library and for exact numbers.
 pub(super) fn parse(path: &Path, json: &[u8]) -> Result<(Root, Precise), Error> {
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     check_density(path, json)?;
     let fail = |error: serde_json::Error| Error::malformed(path, "glTF JSON", error.to_string());
     let root = serde_json::from_slice(json).map_err(fail)?;
@@ -131,6 +132,7 @@ const APPEARANCE: &[&str] = &[
 const KNOWN: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_texture_transform",
 ];

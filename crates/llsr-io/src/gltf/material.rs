@@ -49,7 +49,8 @@ pub(super) fn read(
             _ => format!("material-{index}"),
         };
         let place = || format!("material {name:?}");
-        let pbr = &source.pbr_metallic_roughness;
+        let extensions = source.extensions.as_ref();
+        let model = Model::of(source);
         let mut unit = |value: f32| {
             if !(0.0..=1.0).contains(&value) {
                 warnings.add(WarningKind::ClampedMaterial, place);
@@ -60,14 +61,14 @@ pub(super) fn read(
                 value.clamp(0.0, 1.0)
             }
         };
-        let [r, g, b, _] = pbr.base_color_factor.0;
+        let [r, g, b, _] = model.color;
         let base_color = Vec3::new(unit(r), unit(g), unit(b));
-        let (metallic, roughness) = (unit(pbr.metallic_factor.0), unit(pbr.roughness_factor.0));
+        let (metallic, roughness) = (unit(model.metallic), unit(model.roughness));
         if !matches!(source.alpha_mode, Checked::Valid(AlphaMode::Opaque)) {
             warnings.add(WarningKind::Transparency, place);
         }
         let unused = [
-            pbr.metallic_roughness_texture.is_some(),
+            model.has_surface_texture,
             source.normal_texture.is_some(),
             source.occlusion_texture.is_some(),
         ];
@@ -76,14 +77,13 @@ pub(super) fn read(
         }
 
         let mut uv_set = 0;
-        let base_color_texture = pbr.base_color_texture.as_ref().and_then(|info| {
+        let base_color_texture = model.color_texture.and_then(|info| {
             let (texture, set) = textures.texture_use(info, &place, import, warnings)?;
             uv_set = set;
             Some(texture)
         });
         uv_sets.push(uv_set);
 
-        let extensions = source.extensions.as_ref();
         let strength = extensions
             .and_then(|e| e.emissive_strength.as_ref())
             .map_or(1.0, |e| e.emissive_strength.0);
@@ -119,6 +119,42 @@ pub(super) fn read(
         import.materials.push(Material::diffuse("", Vec3::splat(GREY)));
     }
     MaterialTable { uv_sets, default }
+}
+
+/// The numbers of either model of a surface.
+struct Model<'a> {
+    color: [f32; 4],
+    color_texture: Option<&'a Info>,
+    metallic: f32,
+    roughness: f32,
+    has_surface_texture: bool,
+}
+
+impl<'a> Model<'a> {
+    /// The older specular-glossiness model goes first, as its extension demands; it has no metals.
+    fn of(source: &'a gltf::json::Material) -> Self {
+        let older = source
+            .extensions
+            .as_ref()
+            .and_then(|e| e.pbr_specular_glossiness.as_ref());
+        if let Some(older) = older {
+            return Self {
+                color: older.diffuse_factor.0,
+                color_texture: older.diffuse_texture.as_ref(),
+                metallic: 0.0,
+                roughness: 1.0 - older.glossiness_factor.0,
+                has_surface_texture: older.specular_glossiness_texture.is_some(),
+            };
+        }
+        let pbr = &source.pbr_metallic_roughness;
+        Self {
+            color: pbr.base_color_factor.0,
+            color_texture: pbr.base_color_texture.as_ref(),
+            metallic: pbr.metallic_factor.0,
+            roughness: pbr.roughness_factor.0,
+            has_surface_texture: pbr.metallic_roughness_texture.is_some(),
+        }
+    }
 }
 
 /// Mean linear colour.

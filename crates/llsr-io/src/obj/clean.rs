@@ -120,7 +120,10 @@ pub(super) fn statements<'a>(
         }
         each(number, text);
     };
-    for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    // Old files end their lines with a carriage return alone.
+    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    for (index, line) in bytes.split(|&b| b == end).enumerate() {
         let number = u32::try_from(index + 1).unwrap_or(u32::MAX);
         let line = line.trim_ascii();
         let (line, continued) = match line.strip_suffix(b"\\") {

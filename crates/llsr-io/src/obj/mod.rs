@@ -90,6 +90,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8], warnings: &mut Warnings) -> Result
             pieces.clear();
             match polygon::triangulate(&corner_positions, &mut pieces) {
                 Outcome::Plain => {}
+                Outcome::Empty => warnings.add(WarningKind::BadPolygon, || format!("line {line}")),
                 Outcome::NonPlanar => warnings.add(WarningKind::NonPlanarPolygon, || format!("line {line}")),
                 Outcome::Fan => warnings.add(WarningKind::FannedPolygon, || format!("line {line}")),
             }

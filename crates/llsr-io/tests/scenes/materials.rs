@@ -273,6 +273,23 @@ fn gltf_materials_are_read_and_clamped() {
 }
 
 #[test]
+fn the_older_surface_model_is_translated() {
+    let loaded = with_material(
+        json!({ "name": "a", "extensions": { "KHR_materials_pbrSpecularGlossiness": {
+            "diffuseFactor": [0.1, 0.2, 0.3, 1.0], "specularFactor": [0.2, 0.2, 0.2], "glossinessFactor": 0.75,
+        }}}),
+        |document| document.json["extensionsRequired"] = json!(["KHR_materials_pbrSpecularGlossiness"]),
+    );
+    assert_no_warnings(&loaded);
+    let a = material(&loaded);
+    assert_eq!(
+        (a.base_color, a.metallic, a.roughness),
+        (Vec3::new(0.1, 0.2, 0.3), 0.0, 0.25),
+        "no metal"
+    );
+}
+
+#[test]
 fn gltf_textures_use_their_set_and_transform() {
     let folder = Folder::new();
     let bytes = png(&folder, "a.png");
@@ -324,6 +341,10 @@ fn gltf_textures_that_cannot_be_had_leave_the_plain_colour() {
             json!([{ "source": 0 }]),
         ),
         (json!([{}]), json!([{ "source": 0, "sampler": 9 }])),
+        (
+            json!([]),
+            json!([{ "extensions": { "KHR_texture_basisu": { "source": 0 } } }]),
+        ),
     ] {
         let description = format!("{images} {textures}");
         let material_json =

@@ -105,6 +105,19 @@ fn odd_text_is_read_as_it_was_meant() {
 }
 
 #[test]
+fn marks_and_line_ends_of_other_systems() {
+    for text in [
+        "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "v 0 0 0\rv 1 0 0\r# comment\rv 0 1 0\rf 1 2 3\r",
+        "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3",
+    ] {
+        let loaded = obj(text);
+        assert_no_warnings(&loaded);
+        assert!((area(&loaded.scene) - 0.5).abs() < 1e-6, "{text:?}");
+    }
+}
+
+#[test]
 fn bad_vertices_take_only_their_faces_along() {
     for bad in ["nan 0 0", "0 inf 0", "1e400 0 0", "0 0 -1e16", "0 0", "0 x 0", ""] {
         let loaded = obj(&format!("{SQUARE}v {bad}\nf 1 2 3\nf 1 2 5\nf 3 4 1\n"));

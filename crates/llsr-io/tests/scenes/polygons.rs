@@ -111,6 +111,37 @@ fn corners_on_straight_edges_do_no_harm() {
 }
 
 #[test]
+fn repeated_corners_are_skipped() {
+    let l = flat(&[
+        [0.0, 0.0],
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 1.0],
+        [1.0, 1.0],
+        [1.0, 1.0],
+        [1.0, 4.0],
+        [0.0, 4.0],
+        [0.0, 0.0],
+    ]);
+    let loaded = obj(&polygon(&l));
+    assert_no_warnings(&loaded);
+    assert_eq!(loaded.scene.triangle_count(), 4, "six places");
+    assert!(
+        (area(&loaded.scene) - 7.0).abs() < 1e-5,
+        "area {}",
+        area(&loaded.scene)
+    );
+    let back_and_forth = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 0.0]]);
+    let loaded = obj(&format!("{}v 5 5 5\nf 1 2 5\n", polygon(&back_and_forth)));
+    assert_eq!(
+        count(&loaded, WarningKind::BadPolygon),
+        1,
+        "two places are no polygon"
+    );
+    assert_eq!(loaded.scene.triangle_count(), 1, "only the other one");
+}
+
+#[test]
 fn crossing_and_empty_outlines_become_fans_with_a_warning() {
     for points in [
         &[[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.5]][..],

@@ -264,6 +264,37 @@ fn compare_lights(scene: &Scene, back: &Scene) {
 }
 
 #[test]
+fn all_built_in_scenes_come_back() {
+    for demo in llsr_scene::demo::DEMOS {
+        let scene = demo.build();
+        let loaded = round_trip(&scene, "a.gltf");
+        let back = &loaded.scene;
+        assert_no_warnings(&loaded);
+        assert_eq!(
+            back.triangle_count(),
+            scene.triangle_count(),
+            "{}: triangles",
+            scene.name
+        );
+        assert_eq!(
+            back.primitive_count(),
+            scene.primitive_count(),
+            "{}: primitives",
+            scene.name
+        );
+        assert_eq!(back.cameras.len(), scene.cameras.len(), "{}: cameras", scene.name);
+        compare_lights(&scene, back);
+        let world = |scene: &Scene| {
+            let bounds = scene.bounds();
+            [bounds.min, bounds.max].map(|p| p.as_dvec3() + scene.origin)
+        };
+        for (p, q) in world(&scene).into_iter().zip(world(back)) {
+            assert!(p.distance(q) < 1e-5, "{}: bounds {p} are {q}", scene.name);
+        }
+    }
+}
+
+#[test]
 fn the_same_scene_gives_the_same_bytes() {
     let folder = Folder::new();
     for ending in ["gltf", "glb"] {
