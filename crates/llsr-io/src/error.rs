@@ -18,6 +18,12 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// A directory, pipe or device, which may have no end.
+    #[error("{path} is a directory or device, not a file", path = path.display())]
+    NotAFile {
+        /// What is no file.
+        path: PathBuf,
+    },
     /// Nothing here reads or writes files with this ending.
     #[error("{path}: {what} with the ending \"{ending}\" are not supported; use {use_instead}", path = path.display())]
     Ending {
@@ -134,6 +140,7 @@ impl Error {
                 "not found".to_owned()
             }
             Self::Io { source, .. } => source.to_string(),
+            Self::NotAFile { .. } => "is no file".to_owned(),
             Self::Malformed { element, cause, .. } => format!("{element} {cause}"),
             Self::TooLarge { needed, limit, .. } => {
                 format!("{needed} MiB is more than the limit of {limit} MiB")

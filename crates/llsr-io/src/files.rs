@@ -1,10 +1,8 @@
 //! Reading files whole with a limit, and writing them all or not at all.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Read as _};
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufWriter, Cursor, Read as _, Seek, Write};
 use std::path::{Component, Path, PathBuf};
-
-use tempfile::NamedTempFile;
 
 use crate::error::Error;
 
@@ -16,11 +14,9 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let metadata = fs::metadata(path).map_err(|e| Error::read(path, e))?;
     // Pipes and devices may never end.
     if !metadata.is_file() {
-        return Err(Error::malformed(
-            path,
-            "it",
-            "is a directory or device, not a file",
-        ));
+        return Err(Error::NotAFile {
+            path: path.to_owned(),
+        });
     }
     let too_large = |size: u64| Error::TooLarge {
         path: path.to_owned(),
@@ -74,13 +70,28 @@ pub(crate) fn directory_of(path: &Path) -> &Path {
     }
 }
 
+/// What pictures and scenes are written to.
+pub(crate) trait Sink: Write + Seek {}
+
+impl<T: Write + Seek> Sink for T {}
+
 /// Writes a file so that `path` holds either all of it or what it held before: the bytes go to a new file in the
 /// same directory, which takes the name at the end.
+///
+/// A link keeps pointing where it does, to the new file. What is no file (a pipe, `/dev/stdout`) is not replaced but gets
+/// all bytes at once.
 pub(crate) fn write_atomically(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> std::io::Result<()>,
+    write: impl FnOnce(&mut dyn Sink) -> std::io::Result<()>,
 ) -> Result<(), Error> {
     let fail = |e| Error::write(path, e);
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if fs::metadata(&target).is_ok_and(|metadata| !metadata.is_file()) {
+        let mut bytes = Cursor::new(Vec::new());
+        write(&mut bytes).map_err(fail)?;
+        let mut file = OpenOptions::new().write(true).open(&target).map_err(fail)?;
+        return file.write_all(bytes.get_ref()).map_err(fail);
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".llsr-").suffix(".part");
     // Private by default; a picture is meant to be shared as any new file would be.
@@ -89,11 +100,11 @@ pub(crate) fn write_atomically(
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let file = builder.tempfile_in(directory_of(path)).map_err(fail)?;
+    let file = builder.tempfile_in(directory_of(&target)).map_err(fail)?;
     let mut buffered = BufWriter::new(file);
     write(&mut buffered).map_err(fail)?;
     let file = buffered.into_inner().map_err(|e| fail(e.into_error()))?;
-    file.persist(path).map_err(|e| fail(e.error))?;
+    file.persist(&target).map_err(|e| fail(e.error))?;
     Ok(())
 }
 
@@ -102,14 +113,11 @@ pub(crate) fn write_atomically(
 /// # Errors
 /// If the file cannot be written; the error names it.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    use std::io::Write as _;
     write_atomically(path, |out| out.write_all(bytes))
 }
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write as _;
-
     use super::*;
 
     #[test]
@@ -151,6 +159,52 @@ mod tests {
             fs::read_dir(directory.path()).expect("a directory").count(),
             1,
             "no part file stays"
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_pipes_stay_pipes() {
+        use std::os::unix::fs::FileTypeExt as _;
+
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let place = |name: &str| directory.path().join(name);
+        write_file(&place("target"), b"old").expect("a file");
+        std::os::unix::fs::symlink("target", place("link")).expect("a link");
+        write_file(&place("link"), b"new").expect("a file");
+        assert!(
+            fs::symlink_metadata(place("link")).expect("there").is_symlink(),
+            "still a link"
+        );
+        assert_eq!(
+            fs::read(place("target")).expect("there"),
+            b"new",
+            "to the new contents"
+        );
+
+        let pipe = place("pipe");
+        let made = std::process::Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .expect("a standard tool");
+        assert!(made.success(), "a pipe");
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read(pipe).expect("the pipe's contents")
+        });
+        write_file(&pipe, b"through").expect("a written pipe");
+        assert_eq!(reader.join().expect("a reader"), b"through", "all of it");
+        assert!(
+            fs::metadata(&pipe).expect("there").file_type().is_fifo(),
+            "still a pipe"
+        );
+        assert!(
+            matches!(read(&pipe, 10), Err(Error::NotAFile { .. })),
+            "which is not waited for"
+        );
+        assert!(
+            write_file(directory.path(), b"x").is_err(),
+            "a folder is no target"
         );
     }
 }

@@ -18,7 +18,7 @@ pub(super) struct Container {
 }
 
 /// Splits a binary file; takes any other as JSON.
-pub(super) fn split(path: &Path, bytes: Vec<u8>) -> Result<Container, Error> {
+pub(super) fn split(path: &Path, mut bytes: Vec<u8>) -> Result<Container, Error> {
     if !bytes.starts_with(b"glTF") {
         return Ok(Container {
             json: bytes,
@@ -47,10 +47,15 @@ pub(super) fn split(path: &Path, bytes: Vec<u8>) -> Result<Container, Error> {
         };
         Error::malformed(path, "GLB chunks", cause)
     })?;
-    Ok(Container {
-        json: glb.json.into_owned(),
-        blob: glb.bin.map(std::borrow::Cow::into_owned),
-    })
+    let json = glb.json.into_owned();
+    let binary = glb.bin.map(|bin| bin.len());
+    // The binary chunk may be all of the memory that there is: it stays where it is, behind both heads and the JSON.
+    let blob = binary.map(|length| {
+        bytes.drain(..12 + 8 + json.len() + 8);
+        bytes.truncate(length);
+        bytes
+    });
+    Ok(Container { json, blob })
 }
 
 /// Numbers that the library would round to single precision.

@@ -1,7 +1,7 @@
 //! Writing scenes.
 
 use std::f64::consts::PI;
-use std::io::{Cursor, Write as _};
+use std::io::Cursor;
 use std::path::Path;
 
 use base64::Engine as _;
