@@ -47,13 +47,13 @@ pub fn fan_cells(triangles: &[[Vec3; 3]], p: DVec3, a: DVec3, b: DVec3) -> Vec<F
         .windows(2)
         .map(|pair| {
             let [(lo, lo_condition), (hi, hi_condition)] = [pair[0], pair[1]];
-            let q = a + (b - a) * (0.5 * (lo + hi));
+            let t = 0.5 * (lo + hi);
             FanCell {
                 lo,
                 hi,
                 lo_condition,
                 hi_condition,
-                blocked: lo < hi && cut.iter().any(|&t| cuts(t, p, q)),
+                blocked: lo < hi && cut.iter().any(|&triangle| cuts(triangle, p, a, b, t)),
             }
         })
         .collect()
@@ -113,12 +113,29 @@ fn height(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> (f64, f64) {
     (a.dot(b.cross(c)), scale)
 }
 
-fn cuts([a, b, c]: [DVec3; 3], p: DVec3, q: DVec3) -> bool {
-    let (at_p, at_q) = (side(a, b, c, p), side(a, b, c, q));
+/// Does a triangle cut the segment from `p` to the point of `a`-`b` at `t`, a parameter well inside a cell?
+///
+/// On which side of the triangle's plane that point lies follows from the exact sides of both ends: the point itself has no exact
+/// coordinates, and where the light lies in the plane up to rounding, rounding it would decide.
+fn cuts([u, v, w]: [DVec3; 3], p: DVec3, a: DVec3, b: DVec3, t: f64) -> bool {
+    let value = |q: DVec3| {
+        let (value, scale) = height(u, v, w, q);
+        if value.abs() > 1e-3 * scale {
+            value
+        } else {
+            Exact::orientation(u, v, w, q).approximate()
+        }
+    };
+    let at_p = side(u, v, w, p);
+    // Not a total order: a negative zero is zero.
+    let at_q = (value(a) * (1.0 - t) + value(b) * t)
+        .partial_cmp(&0.0)
+        .unwrap_or(Ordering::Equal);
     if at_p == Ordering::Equal || at_q == Ordering::Equal || at_p == at_q {
         return false;
     }
-    let turns = [(a, b), (b, c), (c, a)].map(|(x, y)| side(p, q, x, y));
+    let q = a + (b - a) * t;
+    let turns = [(u, v), (v, w), (w, u)].map(|(x, y)| side(p, q, x, y));
     !(turns.contains(&Ordering::Less) && turns.contains(&Ordering::Greater))
 }
 
