@@ -94,9 +94,9 @@ pub struct Scratch {
 #[derive(Clone, Debug)]
 pub struct EdgePointImage {
     settings: Settings,
-    level: Level,
+    pub(crate) level: Level,
     crossings: Crossings,
-    pixels: Pixels,
+    pub(crate) pixels: Pixels,
     classes: Planes<CLASS_PLANES>,
     reach: Planes<REACH_PLANES>,
     limits: DepthLimits,

@@ -18,6 +18,7 @@ use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::Crossings;
 use crate::interpolate::{self, InterpolateScratch, Source};
+use crate::load::{self, SamplePlanes};
 use crate::occlusion::{DepthLimits, Occlusion};
 use crate::patch::Patches;
 use crate::picture::PictureBand;
@@ -96,6 +97,15 @@ pub(crate) fn classify(
         Level::Portable => classify::classify::<classify::Portable>(crossings, first_row, words, planes),
         #[cfg(target_arch = "x86_64")]
         wide => x86::classify(wide, crossings, first_row, words, planes),
+    }
+}
+
+/// [`load::load`] for the given level.
+pub(crate) fn load(level: Level, planes: SamplePlanes<'_>, pixels: &mut Pixels) {
+    match level {
+        Level::Portable => load::load(planes, pixels),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::load(wide, planes, pixels),
     }
 }
 

@@ -13,6 +13,7 @@ use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::Crossings;
 use crate::interpolate::{self, InterpolateScratch, Source};
+use crate::load::{self, SamplePlanes};
 use crate::occlusion::{DepthLimits, Occlusion};
 use crate::patch::Patches;
 use crate::picture::PictureBand;
@@ -49,6 +50,11 @@ by_level!(classify, classify::classify::<Avx2>, classify::classify::<Avx512>, (
     first_row: usize,
     words: &mut [u16],
     planes: &mut BandPlanes<'_, CLASS_PLANES>
+));
+
+by_level!(load, load::load, load::load, (
+    planes: SamplePlanes<'_>,
+    pixels: &mut Pixels
 ));
 
 by_level!(update_limits, DepthLimits::update, DepthLimits::update, (
