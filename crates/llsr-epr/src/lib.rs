@@ -3,10 +3,8 @@
 //! After Bala, Walter and Greenberg, "Combining Edges and Points for Interactive High-Quality Rendering", SIGGRAPH 2003
 //! ("BWG03"). [`render_still`] makes a finished picture from a few percent of shaded pixels.
 
-mod outline;
 mod still;
 
-pub use outline::{Eye, outline};
 pub use still::{
     Still, StillCounts, StillError, StillLayer, StillSettings, render_still, still_steps, view_edges,
 };

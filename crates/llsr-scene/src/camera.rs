@@ -102,7 +102,7 @@ impl Camera {
     }
 
     /// Half the width and half the height of the picture, one metre ahead (perspective) or in metres.
-    fn half_extent(&self, viewport: Viewport) -> (f64, f64) {
+    pub fn half_extent(&self, viewport: Viewport) -> (f64, f64) {
         let aspect = viewport.aspect();
         match self.projection {
             Projection::Perspective(FieldOfView::Vertical(angle)) => {

@@ -3,41 +3,58 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
-use llsr_scene::Shape;
+use llsr_scene::{Camera, Projection, Shape};
 
-/// Where a picture is seen from.
+use super::{EdgeClass, double};
+
+/// Where a scene is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
     /// From a point (m, recentred frame).
     At(DVec3),
-    /// From infinitely far away in this direction (towards the viewer).
+    /// From infinitely far away in this direction (towards the viewer; any length but 0).
     Towards(DVec3),
 }
 
-/// Appends to `out` the contour and the rims of a placed shape as chains of segments (m, recentred frame).
+impl Eye {
+    /// Where a camera looks from.
+    pub fn of(camera: &Camera) -> Self {
+        match camera.projection {
+            Projection::Perspective(_) => Self::At(camera.position),
+            Projection::Orthographic { .. } => Self::Towards(-camera.forward()),
+        }
+    }
+}
+
+/// Chords that stand for a circle of `radius_pixels` in a picture and leave it by at most 1/20 of a pixel; 16 to 1024.
+pub fn outline_chords(radius_pixels: f64) -> u32 {
+    // The sagitta of a chord over the angle 2 pi / n is r (1 - cos(pi / n)), about r pi^2 / (2 n^2).
+    let wanted = PI * (radius_pixels.max(0.0) / (2.0 * SAGITTA)).sqrt();
+    wanted.clamp(16.0, 1024.0).ceil() as u32
+}
+
+/// Largest distance between a curve and its chords in pixels.
+const SAGITTA: f64 = 0.05;
+
+/// Calls `piece` with the segments (m, recentred frame) of the contour and the rims of a placed shape, chain by chain.
 ///
-/// `radius_pixels` is the largest radius in pixels that the shape may have in the picture; chords then leave the true
-/// curve by at most 1/20 of a pixel. Rims of which both sides face away are left out. Nothing is appended for a shape or
-/// transform that is not valid.
-pub fn outline(shape: &Shape, transform: &Affine3A, eye: Eye, radius_pixels: f64, out: &mut Vec<[Vec3; 2]>) {
+/// The contour is a silhouette. The rim of a capped mantle is a silhouette where one side of it faces the viewer and a
+/// crease where both do, if the angle there is above `crease_degrees`; where both face away it is left out. Rims of
+/// uncapped mantles and of discs are boundaries. The second argument of `piece` numbers the curve: 0 and 1 for the
+/// contour's lines (0 for that of a sphere), 2 for the rim at the first end or the only one, 3 for that at the second.
+/// Chains that meet do so in bitwise equal points. A full circle has `chords` chords, an arc a share of them. There is nothing for
+/// a shape or transform that is not valid. Allocates nothing.
+pub fn outline(
+    shape: &Shape,
+    transform: &Affine3A,
+    eye: Eye,
+    chords: u32,
+    crease_degrees: f64,
+    piece: impl FnMut(EdgeClass, u32, [Vec3; 2]),
+) {
     if !shape.is_valid() {
         return;
     }
-    let placed = DAffine3::from_mat3_translation(
-        DMat3::from_cols(
-            transform.matrix3.x_axis.as_dvec3(),
-            transform.matrix3.y_axis.as_dvec3(),
-            transform.matrix3.z_axis.as_dvec3(),
-        ),
-        transform.translation.as_dvec3(),
-    );
-    // The sagitta of a chord over the angle 2 pi / n is r (1 - cos(pi / n)), about r pi^2 / (2 n^2).
-    let wanted = PI * (radius_pixels.max(0.0) / (2.0 * SAGITTA)).sqrt();
-    let mut curve = Curve {
-        to_world: DAffine3::IDENTITY,
-        segments: wanted.clamp(16.0, 1024.0),
-        out,
-    };
     // Canonical frames: unit sphere; unit cylinder around z, 0 <= z <= 1; cone of unit base at z = 0 with its tip at
     // z = 1; unit disc.
     let along = |a: Vec3, b: Vec3, radius: f32| {
@@ -61,11 +78,16 @@ pub fn outline(shape: &Shape, transform: &Affine3A, eye: Eye, radius_pixels: f64
             radius,
         } => along(center, center + normal, radius),
     };
-    curve.to_world = placed * frame;
-    let to_local = curve.to_world.inverse();
+    let to_world = double(transform) * frame;
+    let to_local = to_world.inverse();
     if !to_local.is_finite() {
         return;
     }
+    let mut curve = Curve {
+        to_world,
+        chords: f64::from(chords.max(3)),
+        piece,
+    };
     // The viewer as a homogeneous point: (e, w).
     let (e, w) = match eye {
         Eye::At(position) => (to_local.transform_point3(position), 1.0),
@@ -80,32 +102,39 @@ pub fn outline(shape: &Shape, transform: &Affine3A, eye: Eye, radius_pixels: f64
                 let offset = w / distance;
                 let (x, y) = normal.any_orthonormal_pair();
                 let r = (1.0 - offset * offset).sqrt();
-                curve.arc(normal * offset, x * r, y * r, 0.0, TAU);
+                let circle = Circle {
+                    centre: normal * offset,
+                    x: x * r,
+                    y: y * r,
+                };
+                curve.arc(EdgeClass::Silhouette, 0, &circle, 0.0, TAU, 0.0);
             }
         }
         Shape::Cylinder { capped, .. } => {
             let front = Front::new(e, w);
-            for angle in front.ends() {
-                let foot = DVec3::new(angle.cos(), angle.sin(), 0.0);
-                curve.line(foot, foot + DVec3::Z);
-            }
-            curve.rim(0.0, &front, !capped || e.z < 0.0);
-            curve.rim(1.0, &front, !capped || e.z > w);
+            curve.sides(&front, |foot| foot + DVec3::Z);
+            let crease = crease_degrees < 90.0;
+            curve.rim(2, 0.0, &front, capped.then_some(e.z < 0.0), crease);
+            curve.rim(3, 1.0, &front, capped.then_some(e.z > w), crease);
         }
-        Shape::Cone { capped, .. } => {
+        Shape::Cone {
+            base,
+            apex,
+            radius,
+            capped,
+        } => {
             // The outward normal at angle a is (cos a, sin a, 1), and all tangent planes hold the tip.
             let front = Front::new(e, w - e.z);
-            for angle in front.ends() {
-                curve.line(DVec3::new(angle.cos(), angle.sin(), 0.0), DVec3::Z);
-            }
-            curve.rim(0.0, &front, !capped || e.z < 0.0);
+            curve.sides(&front, |_| DVec3::Z);
+            let slope = f64::from(radius).atan2(f64::from(base.distance(apex)));
+            let crease = crease_degrees < 90.0 + slope.to_degrees();
+            curve.rim(2, 0.0, &front, capped.then_some(e.z < 0.0), crease);
         }
-        Shape::Disc { .. } => curve.arc(DVec3::ZERO, DVec3::X, DVec3::Y, 0.0, TAU),
+        Shape::Disc { .. } => {
+            curve.arc(EdgeClass::Boundary, 2, &Circle::at_height(0.0), 0.0, TAU, 0.0);
+        }
     }
 }
-
-/// Largest distance between a curve and its chords in pixels.
-const SAGITTA: f64 = 0.05;
 
 /// The part of a mantle that faces the viewer: angles within `half` of `middle`.
 struct Front {
@@ -130,51 +159,93 @@ impl Front {
         }
     }
 
-    /// Where the mantle turns away.
-    fn ends(&self) -> impl Iterator<Item = f64> {
-        let both = self.half > 0.0 && self.half < PI;
-        [self.middle - self.half, self.middle + self.half]
-            .into_iter()
-            .filter(move |_| both)
+    /// Where the mantle turns away, if it does.
+    fn ends(&self) -> Option<[f64; 2]> {
+        (self.half > 0.0 && self.half < PI).then_some([self.middle - self.half, self.middle + self.half])
     }
 }
 
-struct Curve<'a> {
+/// `centre + cos(a) x + sin(a) y`.
+struct Circle {
+    centre: DVec3,
+    x: DVec3,
+    y: DVec3,
+}
+
+impl Circle {
+    /// The unit circle around z.
+    fn at_height(z: f64) -> Self {
+        Self {
+            centre: DVec3::Z * z,
+            x: DVec3::X,
+            y: DVec3::Y,
+        }
+    }
+
+    fn at(&self, angle: f64) -> DVec3 {
+        self.centre + self.x * angle.cos() + self.y * angle.sin()
+    }
+}
+
+struct Curve<F> {
     to_world: DAffine3,
     /// Segments of a full circle.
-    segments: f64,
-    out: &'a mut Vec<[Vec3; 2]>,
+    chords: f64,
+    piece: F,
 }
 
-impl Curve<'_> {
-    fn line(&mut self, a: DVec3, b: DVec3) {
-        self.out
-            .push([a, b].map(|p| self.to_world.transform_point3(p).as_vec3()));
+impl<F: FnMut(EdgeClass, u32, [Vec3; 2])> Curve<F> {
+    fn world(&self, p: DVec3) -> Vec3 {
+        self.to_world.transform_point3(p).as_vec3()
     }
 
-    /// `centre + cos(a) x + sin(a) y` for a from `from` to `to`; pieces share their ends exactly.
-    fn arc(&mut self, centre: DVec3, x: DVec3, y: DVec3, from: f64, to: f64) {
-        let count = ((to - from) / TAU * self.segments).ceil().max(1.0) as u32;
-        let closed = to - from >= TAU;
-        let at = |i: u32| {
-            let i = if closed && i == count { 0 } else { i };
-            let angle = from + (to - from) * f64::from(i) / f64::from(count);
-            self.to_world
-                .transform_point3(centre + x * angle.cos() + y * angle.sin())
-                .as_vec3()
+    /// The lines along which a mantle turns away, from the unit circle to `top` of their foot.
+    fn sides(&mut self, front: &Front, top: impl Fn(DVec3) -> DVec3) {
+        let base = Circle::at_height(0.0);
+        for (number, angle) in (0..).zip(front.ends().into_iter().flatten()) {
+            let foot = base.at(angle);
+            let ends = [self.world(foot), self.world(top(foot))];
+            (self.piece)(EdgeClass::Silhouette, number, ends);
+        }
+    }
+
+    /// The arc over the angles from `from` to `to`, ending exactly where the angle `last`, which is `to` up to full
+    /// turns, is.
+    fn arc(&mut self, class: EdgeClass, number: u32, circle: &Circle, from: f64, to: f64, last: f64) {
+        let count = ((to - from) / TAU * self.chords).ceil().max(1.0) as u32;
+        let mut before = self.world(circle.at(from));
+        for i in 1..=count {
+            let angle = if i == count {
+                last
+            } else {
+                from + (to - from) * f64::from(i) / f64::from(count)
+            };
+            let next = self.world(circle.at(angle));
+            (self.piece)(class, number, [before, next]);
+            before = next;
+        }
+    }
+
+    /// The unit circle at height `z`, between a mantle and a cap that faces the viewer or not, or without a cap.
+    fn rim(&mut self, number: u32, z: f64, front: &Front, cap: Option<bool>, crease: bool) {
+        let circle = Circle::at_height(z);
+        let class = |mantle: bool| match cap {
+            None => Some(EdgeClass::Boundary),
+            Some(cap) if cap != mantle => Some(EdgeClass::Silhouette),
+            Some(true) if crease => Some(EdgeClass::Crease),
+            Some(_) => None,
         };
-        let points: Vec<Vec3> = (0..=count).map(at).collect();
-        self.out.extend(points.windows(2).map(|pair| [pair[0], pair[1]]));
-    }
-
-    /// The unit circle at height `z`: all of it, or what belongs to the mantle's front.
-    fn rim(&mut self, z: f64, front: &Front, whole: bool) {
-        let centre = DVec3::Z * z;
-        if whole || front.half >= PI {
-            self.arc(centre, DVec3::X, DVec3::Y, 0.0, TAU);
-        } else if front.half > 0.0 {
-            let (from, to) = (front.middle - front.half, front.middle + front.half);
-            self.arc(centre, DVec3::X, DVec3::Y, from, to);
+        let Some([start, end]) = front.ends() else {
+            if let Some(class) = class(front.half > 0.0) {
+                self.arc(class, number, &circle, 0.0, TAU, 0.0);
+            }
+            return;
+        };
+        if let Some(class) = class(true) {
+            self.arc(class, number, &circle, start, end, end);
+        }
+        if let Some(class) = class(false) {
+            self.arc(class, number, &circle, end, start + TAU, start);
         }
     }
 }
@@ -185,7 +256,10 @@ mod tests {
 
     fn found(shape: Shape, eye: Eye) -> Vec<[Vec3; 2]> {
         let mut out = Vec::new();
-        outline(&shape, &Affine3A::IDENTITY, eye, 100.0, &mut out);
+        let chords = outline_chords(100.0);
+        outline(&shape, &Affine3A::IDENTITY, eye, chords, 85.0, |_, _, segment| {
+            out.push(segment)
+        });
         out
     }
 
@@ -272,7 +346,14 @@ mod tests {
         };
         let mut out = Vec::new();
         let flat = Affine3A::from_scale(Vec3::new(1.0, 1.0, 0.0));
-        outline(&sphere, &flat, Eye::At(DVec3::Z * 3.0), 10.0, &mut out);
+        outline(
+            &sphere,
+            &flat,
+            Eye::At(DVec3::Z * 3.0),
+            16,
+            85.0,
+            |_, _, segment| out.push(segment),
+        );
         assert!(out.is_empty(), "squashed to nothing: {out:?}");
     }
 }
