@@ -6,16 +6,15 @@ use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED};
 use crate::code::{EdgeCode, PixelClass};
 use crate::crossings::Crossings;
 use crate::edges::EdgeList;
-use crate::interpolate::{InterpolateScratch, Source};
+use crate::interpolate::InterpolateScratch;
 use crate::kernel::Kernel;
-use crate::occlusion::{DepthLimits, Occlusion};
+use crate::occlusion::{DepthLimits, LimitScratch, Occlusion};
 use crate::patch::Patches;
 use crate::picture::Picture;
 use crate::pixels::{Pixels, Point, Sample};
 use crate::planes::Planes;
 use crate::reach::{self, REACH_PLANES, ReachScratch};
-use crate::simd::{self, Level};
-use crate::{antialias, complex, fill, raster};
+use crate::simd::Level;
 
 /// Largest width and height.
 pub const MAX_SIZE: u32 = 16_384;
@@ -77,11 +76,13 @@ pub struct ClassCounts {
     pub complex: usize,
 }
 
-/// Scratch memory of one worker.
+/// Scratch memory of one band.
 #[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    reach: ReachScratch,
-    interpolate: InterpolateScratch,
+pub(crate) struct Scratch {
+    pub(crate) limits: LimitScratch,
+    pub(crate) reach: ReachScratch,
+    pub(crate) interpolate: InterpolateScratch,
+    pub(crate) patches: Patches,
 }
 
 /// Edges and samples of a picture, at most one of each in a pixel, and the picture that follows from them.
@@ -93,15 +94,15 @@ pub struct Scratch {
 /// Each has a `_bands` form for several threads. After the first picture nothing is allocated.
 #[derive(Clone, Debug)]
 pub struct EdgePointImage {
-    settings: Settings,
+    pub(crate) settings: Settings,
     pub(crate) level: Level,
-    crossings: Crossings,
+    pub(crate) crossings: Crossings,
     pub(crate) pixels: Pixels,
-    classes: Planes<CLASS_PLANES>,
-    reach: Planes<REACH_PLANES>,
-    limits: DepthLimits,
-    scratch: Scratch,
-    patches: Patches,
+    pub(crate) classes: Planes<CLASS_PLANES>,
+    pub(crate) reach: Planes<REACH_PLANES>,
+    pub(crate) limits: DepthLimits,
+    /// One for each band.
+    pub(crate) scratch: Vec<Scratch>,
 }
 
 impl EdgePointImage {
@@ -133,9 +134,8 @@ impl EdgePointImage {
             pixels: Pixels::new(w, h),
             classes,
             reach: Planes::new(w, h),
-            limits: DepthLimits::default(),
-            scratch: Scratch::default(),
-            patches: Patches::default(),
+            limits: DepthLimits::new(w, h),
+            scratch: Vec::new(),
         })
     }
 
@@ -180,19 +180,8 @@ impl EdgePointImage {
     /// # Panics
     /// If the list was made for another size.
     pub fn rasterize(&mut self, edges: &EdgeList, occlusion: Option<Occlusion>) {
-        assert_eq!(
-            edges.size(),
-            self.size(),
-            "the edges were clipped to a picture of another size"
-        );
-        if let Some(occlusion) = occlusion {
-            simd::update_limits(self.level, &mut self.limits, &self.pixels, occlusion);
-        }
-        let limits = occlusion.map(|_| &self.limits);
-        for mut band in self.crossings.bands_mut(self.pixels.height) {
-            band.clear();
-            raster::mark(edges, limits, &mut band);
-        }
+        self.rasterize_bands(edges, occlusion, 1)
+            .for_each(|band| band.run());
     }
 
     /// Takes all edges out.
@@ -233,31 +222,12 @@ impl EdgePointImage {
 
     /// Classifies all pixels, rebuilds their edges and decides which region of each is primary.
     pub fn classify(&mut self) {
-        let height = self.pixels.height;
-        for mut planes in self.classes.bands_mut(height) {
-            simd::classify(
-                self.level,
-                &self.crossings,
-                0,
-                &mut self.pixels.words,
-                &mut planes,
-            );
-        }
+        self.classify_bands(1).for_each(|band| band.run());
     }
 
     /// Works out what is reachable.
     pub fn reach(&mut self) {
-        let (width, height) = (self.pixels.width, self.pixels.height);
-        for mut band in self.reach.bands_mut(height) {
-            simd::reach(
-                self.level,
-                &self.classes,
-                width,
-                (0, height),
-                &mut self.scratch.reach,
-                &mut band,
-            );
-        }
+        self.reach_bands(1).for_each(|band| band.run());
     }
 
     /// Interpolates the samples that each pixel reaches.
@@ -265,18 +235,7 @@ impl EdgePointImage {
     /// # Panics
     /// If the picture has another size, as in all passes that take one.
     pub fn interpolate(&mut self, picture: &mut Picture) {
-        self.check(picture);
-        let source = Source {
-            pixels: &self.pixels,
-            classes: &self.classes,
-            reach: &self.reach,
-            kernel: self.settings.kernel,
-            fallback: self.settings.fallback.into(),
-        };
-        let height = self.pixels.height;
-        for mut band in picture.bands_mut(height) {
-            simd::interpolate(self.level, source, &mut self.scratch.interpolate, &mut band);
-        }
+        self.interpolate_bands(picture, 1).for_each(|band| band.run());
     }
 
     /// Gives pixels that reach no sample the filtered colours of neighbours that they reach, up to `passes` times:
@@ -284,35 +243,22 @@ impl EdgePointImage {
     ///
     /// What no sample reaches keeps [`Settings::fallback`]. Priorities stay, so that new samples still go there first.
     pub fn fill(&mut self, picture: &mut Picture, passes: usize) -> usize {
-        self.check(picture);
         let mut filled = 0;
         for _ in 0..passes {
-            self.patches.clear();
-            let rows = 0..self.pixels.height;
-            fill::fill(
-                &self.classes,
-                &self.reach,
-                &self.settings.kernel,
-                picture,
-                rows,
-                &mut self.patches,
-            );
-            picture.apply(&self.patches);
-            filled += self.patches.len();
-            if self.patches.is_empty() {
+            self.fill_bands(picture, 1).for_each(|band| band.run());
+            let count = self.apply(picture);
+            if count == 0 {
                 break;
             }
+            filled += count;
         }
         filled
     }
 
     /// Blends the two sides of the edge in each simple pixel. The last pass: the others want unblended colours.
     pub fn antialias(&mut self, picture: &mut Picture) {
-        self.check(picture);
-        self.patches.clear();
-        let rows = 0..self.pixels.height;
-        antialias::antialias(&self.pixels, &self.classes, picture, rows, &mut self.patches);
-        picture.apply(&self.patches);
+        self.antialias_bands(picture, 1).for_each(|band| band.run());
+        self.apply(picture);
     }
 
     /// Improves complex pixels by edges and reachability in quarters of a pixel; does nothing without
@@ -321,25 +267,8 @@ impl EdgePointImage {
     /// `factor(x, y)` takes the colour of the sample of that pixel to colours of the picture: 1 unless the picture was
     /// [multiplied](Picture::multiply).
     pub fn filter_complex(&mut self, picture: &mut Picture, factor: impl Fn(u32, u32) -> Vec3) {
-        self.check(picture);
-        if !self.settings.half_lines {
-            return;
-        }
-        self.patches.clear();
-        let source = complex::Source {
-            crossings: &self.crossings,
-            pixels: &self.pixels,
-            classes: &self.classes,
-            picture,
-        };
-        simd::filter_complex(
-            self.level,
-            source,
-            0..self.pixels.height,
-            &factor,
-            &mut self.patches,
-        );
-        picture.apply(&self.patches);
+        self.complex_bands(picture, 1).for_each(|band| band.run(&factor));
+        self.apply(picture);
     }
 
     /// Everything after rasterising, with one pass of [`fill`](Self::fill), for samples that are colours to be shown.
@@ -433,14 +362,5 @@ impl EdgePointImage {
             "pixel ({x}, {y}) outside {width}x{height}"
         );
         (x as usize, y as usize)
-    }
-
-    #[track_caller]
-    fn check(&self, picture: &Picture) {
-        assert_eq!(
-            picture.size(),
-            self.size(),
-            "the picture has another size than the image"
-        );
     }
 }

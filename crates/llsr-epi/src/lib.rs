@@ -33,6 +33,7 @@
 //! where samples are wanted next.
 
 mod antialias;
+mod bands;
 mod classify;
 mod code;
 mod colour;
@@ -56,13 +57,15 @@ mod reach;
 mod simd;
 mod tables;
 
+pub use bands::{
+    AntialiasBand, ClassifyBand, ComplexBand, FillBand, InterpolateBand, RasterizeBand, ReachBand,
+};
 pub use code::{EdgeCode, PixelClass, Reachability, RegionSide};
 pub use colour::MAX_COMPONENT;
 pub use edges::{EdgeList, ScreenSegment};
-pub use image::{ClassCounts, EdgePointImage, MAX_SIZE, Scratch, Settings, SizeError};
+pub use image::{ClassCounts, EdgePointImage, MAX_SIZE, Settings, SizeError};
 pub use kernel::Kernel;
 pub use load::SamplePlanes;
 pub use occlusion::Occlusion;
-pub use patch::Patches;
 pub use picture::{Picture, UNREACHED};
 pub use pixels::{Point, Sample};

@@ -7,29 +7,19 @@ use crate::picture::{Picture, PictureBand};
 /// New colours of some pixels: what a pass over a picture that reads neighbours may leave behind, to be applied when all bands
 /// have been read. Keep and reuse.
 #[derive(Clone, Debug, Default)]
-pub struct Patches {
+pub(crate) struct Patches {
     /// Pixel number in the padded picture, and colour.
     list: Vec<(u32, Vec3)>,
 }
 
 impl Patches {
-    /// No patches.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Number of pixels.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// True if no pixel changes.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
     /// Drops all patches and keeps the memory.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.list.clear();
     }
 
@@ -41,7 +31,7 @@ impl Patches {
 
 impl Picture {
     /// Sets the patched pixels and marks them as coloured.
-    pub fn apply(&mut self, patches: &Patches) {
+    pub(crate) fn apply(&mut self, patches: &Patches) {
         let rows = self.height;
         for mut band in self.bands_mut(rows) {
             band.apply(patches);

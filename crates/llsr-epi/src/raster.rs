@@ -8,7 +8,7 @@
 
 use crate::crossings::BandCrossings;
 use crate::edges::{EdgeList, FRAME, UNITS};
-use crate::occlusion::DepthLimits;
+use crate::occlusion::BandLimits;
 
 /// Grid units in an eighth of a pixel.
 const EIGHTH: f64 = UNITS as f64 / 8.0;
@@ -17,7 +17,7 @@ const SHIFT: i32 = FRAME * UNITS;
 const SHIFT_EIGHTHS: i64 = FRAME as i64 * 8;
 
 /// Marks the crossings of all edges with the lines of one band. `clear` the band first.
-pub(crate) fn mark(edges: &EdgeList, limits: Option<&DepthLimits>, band: &mut BandCrossings<'_>) {
+pub(crate) fn mark(edges: &EdgeList, limits: Option<&BandLimits<'_>>, band: &mut BandCrossings<'_>) {
     match (limits, band.lines) {
         (None, 1) => mark_all::<8>(edges, |_, _, _, _| false, band),
         (None, _) => mark_all::<7>(edges, |_, _, _, _| false, band),

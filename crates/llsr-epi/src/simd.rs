@@ -19,7 +19,7 @@ use crate::complex;
 use crate::crossings::Crossings;
 use crate::interpolate::{self, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
-use crate::occlusion::{DepthLimits, Occlusion};
+use crate::occlusion::{BandLimits, LimitScratch, Occlusion};
 use crate::patch::Patches;
 use crate::picture::PictureBand;
 use crate::pixels::Pixels;
@@ -109,12 +109,18 @@ pub(crate) fn load(level: Level, planes: SamplePlanes<'_>, pixels: &mut Pixels) 
     }
 }
 
-/// [`DepthLimits::update`] for the given level.
-pub(crate) fn update_limits(level: Level, limits: &mut DepthLimits, pixels: &Pixels, occlusion: Occlusion) {
+/// [`BandLimits::update`] for the given level.
+pub(crate) fn update_limits(
+    level: Level,
+    limits: &mut BandLimits<'_>,
+    pixels: &Pixels,
+    occlusion: Occlusion,
+    scratch: &mut LimitScratch,
+) {
     match level {
-        Level::Portable => limits.update(pixels, occlusion),
+        Level::Portable => limits.update(pixels, occlusion, scratch),
         #[cfg(target_arch = "x86_64")]
-        wide => x86::update_limits(wide, limits, pixels, occlusion),
+        wide => x86::update_limits(wide, limits, pixels, occlusion, scratch),
     }
 }
 

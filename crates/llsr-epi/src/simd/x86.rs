@@ -14,7 +14,7 @@ use crate::complex;
 use crate::crossings::Crossings;
 use crate::interpolate::{self, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
-use crate::occlusion::{DepthLimits, Occlusion};
+use crate::occlusion::{BandLimits, LimitScratch, Occlusion};
 use crate::patch::Patches;
 use crate::picture::PictureBand;
 use crate::pixels::Pixels;
@@ -57,10 +57,11 @@ by_level!(load, load::load, load::load, (
     pixels: &mut Pixels
 ));
 
-by_level!(update_limits, DepthLimits::update, DepthLimits::update, (
-    limits: &mut DepthLimits,
+by_level!(update_limits, BandLimits::update, BandLimits::update, (
+    limits: &mut BandLimits<'_>,
     pixels: &Pixels,
-    occlusion: Occlusion
+    occlusion: Occlusion,
+    scratch: &mut LimitScratch
 ));
 
 by_level!(reach, reach::reach::<avx2::Words>, reach::reach::<avx512::Words>, (
