@@ -1,7 +1,7 @@
 //! Geometry with a tree of its own.
 
-use glam::{DAffine3, DVec3, Vec3};
-use llsr_scene::Bounds;
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+use llsr_scene::{Bounds, ObjectId};
 
 use crate::block::{BLOCK, TriangleBlock, TriangleId};
 use crate::build::WideTree;
@@ -68,7 +68,29 @@ pub(crate) struct Placement {
 }
 
 impl Placement {
+    /// `transform` must be invertible.
+    pub(crate) fn new(transform: &Affine3A, object: ObjectId) -> Self {
+        let to_world = double(transform);
+        Self {
+            to_world,
+            to_local: to_world.inverse(),
+            object: object.0,
+        }
+    }
+
     pub(crate) fn localize(&self, p: DVec3) -> DVec3 {
         self.to_local.transform_point3(p)
     }
+}
+
+/// The same map in double precision.
+pub(crate) fn double(transform: &Affine3A) -> DAffine3 {
+    DAffine3::from_mat3_translation(
+        DMat3::from_cols(
+            transform.matrix3.x_axis.as_dvec3(),
+            transform.matrix3.y_axis.as_dvec3(),
+            transform.matrix3.z_axis.as_dvec3(),
+        ),
+        transform.translation.as_dvec3(),
+    )
 }

@@ -3,13 +3,14 @@
 use std::fmt;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
-use llsr_scene::{Bounds, Geometry as Source, Mesh, ObjectId, Scene, Weld};
+use glam::{Affine3A, DVec3, Vec3};
+use llsr_scene::{Bounds, Geometry as Source, Mesh, ObjectId, Scene, Shape, Weld};
 
 use crate::block::TriangleId;
 use crate::build::{ChildRef, WideTree};
 use crate::hit::{Hit, Surface};
 use crate::lanes::{Instructions, Kernel, Level, Simd};
+use crate::motion::{Movable, is_invertible};
 use crate::part::{Geometry, Placement};
 use crate::ray::RayFilter;
 use crate::shape::PlacedShape;
@@ -76,9 +77,9 @@ impl fmt::Display for Warning {
 }
 
 #[derive(Clone, Debug)]
-struct Part {
-    geometry: Arc<Geometry>,
-    placement: Option<Placement>,
+pub(crate) struct Part {
+    pub(crate) geometry: Arc<Geometry>,
+    pub(crate) placement: Option<Placement>,
 }
 
 /// Answers visibility queries about a scene.
@@ -88,9 +89,11 @@ struct Part {
 /// share stay in their own frame.
 #[derive(Clone, Debug)]
 pub struct Tracer {
-    parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
     /// A tree whose items are parts.
-    top: WideTree,
+    pub(crate) top: WideTree,
+    /// The objects that may be moved.
+    pub(crate) movable: Vec<Movable>,
     level: Level,
 }
 
@@ -99,15 +102,27 @@ impl Tracer {
     ///
     /// Cost: about a microsecond a triangle.
     pub fn new(scene: &Scene) -> (Self, Vec<Warning>) {
+        Self::with_movable(scene, &[])
+    }
+
+    /// The same, with some objects kept apart so that [`set_transform`](Self::set_transform) can move them. Numbers that
+    /// name no object are ignored.
+    ///
+    /// A mesh that may move stays in its own frame, as one that several objects share does. Each such object costs every
+    /// query that comes near it a few dozen nanoseconds.
+    pub fn with_movable(scene: &Scene, movable: &[ObjectId]) -> (Self, Vec<Warning>) {
         let mut gather = Gather {
             scene,
+            movable,
             warnings: Vec::new(),
             soup: Soup::default(),
             shapes: Vec::new(),
             instances: vec![Vec::new(); scene.meshes.len()],
+            moving_shapes: Vec::new(),
         };
         gather.run();
         let mut parts = Vec::new();
+        let mut movable_parts = Vec::new();
         if !gather.soup.ids.is_empty() || !gather.shapes.is_empty() {
             parts.push(Part {
                 geometry: Arc::new(gather.soup.build(gather.shapes)),
@@ -120,26 +135,48 @@ impl Tracer {
             let name = &scene.objects[first.index()].name;
             soup.add(&scene.meshes[mesh], |p| p, first, name, &mut gather.warnings);
             let geometry = Arc::new(soup.build(Vec::new()));
+            if geometry.tree.bounds.is_empty() {
+                continue;
+            }
             for &object in objects {
-                let to_world = double(&scene.objects[object.index()].transform);
+                if movable.contains(&object) {
+                    movable_parts.push(Movable {
+                        object,
+                        part: parts.len(),
+                        shape: None,
+                    });
+                }
                 parts.push(Part {
                     geometry: Arc::clone(&geometry),
-                    placement: Some(Placement {
-                        to_world,
-                        to_local: to_world.inverse(),
-                        object: object.0,
-                    }),
+                    placement: Some(Placement::new(&scene.objects[object.index()].transform, object)),
                 });
             }
         }
-        let boxes: Vec<Bounds> = parts.iter().map(Part::bounds).collect();
-        let top = WideTree::build(&boxes, &[], |_| {});
-        let tracer = Self {
+        for (object, shape, placed) in gather.moving_shapes {
+            movable_parts.push(Movable {
+                object,
+                part: parts.len(),
+                shape: Some(shape),
+            });
+            parts.push(Part {
+                geometry: Arc::new(Soup::default().build(vec![placed])),
+                placement: None,
+            });
+        }
+        let mut tracer = Self {
             parts,
-            top,
+            top: WideTree::default(),
+            movable: movable_parts,
             level: Level::new(Instructions::detect()),
         };
+        tracer.rebuild_top();
         (tracer, gather.warnings)
+    }
+
+    /// Builds the tree of parts anew.
+    pub(crate) fn rebuild_top(&mut self) {
+        let boxes: Vec<Bounds> = self.parts.iter().map(Part::bounds).collect();
+        self.top = WideTree::build(&boxes, &[], |_| {});
     }
 
     /// Uses at most the given instructions from now on. Answers stay the same.
@@ -317,7 +354,7 @@ impl Kernel for ClosestHit<'_> {
 }
 
 impl Part {
-    fn bounds(&self) -> Bounds {
+    pub(crate) fn bounds(&self) -> Bounds {
         let bounds = self.geometry.tree.bounds;
         let Some(placement) = &self.placement else {
             return bounds;
@@ -396,11 +433,15 @@ impl Part {
 /// What [`Tracer::new`] collects from a scene.
 struct Gather<'a> {
     scene: &'a Scene,
+    /// Objects to keep apart.
+    movable: &'a [ObjectId],
     warnings: Vec<Warning>,
     soup: Soup,
     shapes: Vec<PlacedShape>,
     /// For each mesh, the objects that show it as an instance.
     instances: Vec<Vec<ObjectId>>,
+    /// Primitives to keep apart.
+    moving_shapes: Vec<(ObjectId, Shape, PlacedShape)>,
 }
 
 impl Gather<'_> {
@@ -415,6 +456,7 @@ impl Gather<'_> {
         }
         for (index, object) in self.scene.objects.iter().enumerate() {
             let id = ObjectId::from(index);
+            let moves = self.movable.contains(&id);
             match object.geometry {
                 Source::Mesh(mesh_id) => {
                     let Some(mesh) = self.scene.meshes.get(mesh_id.index()) else {
@@ -423,24 +465,20 @@ impl Gather<'_> {
                         continue;
                     };
                     let shared = users[mesh_id.index()] > 1 && mesh.triangles.len() >= INSTANCE_TRIANGLES;
-                    let transform = double(&object.transform);
-                    if shared && transform.inverse().is_finite() && transform.is_finite() {
+                    if (shared || moves) && is_invertible(&object.transform) {
                         self.instances[mesh_id.index()].push(id);
                         continue;
                     }
                     let place = |p| object.transform.transform_point3(p);
                     self.soup.add(mesh, place, id, &object.name, &mut self.warnings);
                 }
-                Source::Primitive(primitive) => {
-                    let placed = PlacedShape::new(&primitive.shape, &object.transform, id)
-                        .filter(|shape| in_range(shape.bounds().min) && in_range(shape.bounds().max));
-                    match placed {
-                        Some(shape) => self.shapes.push(shape),
-                        None => self.warnings.push(Warning::BadPrimitive {
-                            object: object.name.clone(),
-                        }),
-                    }
-                }
+                Source::Primitive(primitive) => match placed_shape(&primitive.shape, &object.transform, id) {
+                    Some(placed) if moves => self.moving_shapes.push((id, primitive.shape, placed)),
+                    Some(placed) => self.shapes.push(placed),
+                    None => self.warnings.push(Warning::BadPrimitive {
+                        object: object.name.clone(),
+                    }),
+                },
             }
         }
     }
@@ -517,19 +555,14 @@ impl Soup {
 }
 
 /// Finite and at most [`LARGEST_COORDINATE`]; false for NaN.
-fn in_range(p: Vec3) -> bool {
+pub(crate) fn in_range(p: Vec3) -> bool {
     p.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all()
 }
 
-fn double(transform: &glam::Affine3A) -> DAffine3 {
-    DAffine3::from_mat3_translation(
-        DMat3::from_cols(
-            transform.matrix3.x_axis.as_dvec3(),
-            transform.matrix3.y_axis.as_dvec3(),
-            transform.matrix3.z_axis.as_dvec3(),
-        ),
-        transform.translation.as_dvec3(),
-    )
+/// A primitive in the scene's frame, if its numbers are usable.
+pub(crate) fn placed_shape(shape: &Shape, transform: &Affine3A, object: ObjectId) -> Option<PlacedShape> {
+    PlacedShape::new(shape, transform, object)
+        .filter(|shape| in_range(shape.bounds().min) && in_range(shape.bounds().max))
 }
 
 /// What fan queries need.
