@@ -1,19 +1,21 @@
 //! Direct light of one light on one surface point.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use llsr_quadrature::{
-    DiscLight, DitherMask, Emission, GaussRule, GlossyOptions, LineGlossy, LineIrradiance, LineLight, Lobes,
-    Pattern, Receiver, RectLight, TubeLight, horizon_clip,
+    DitherMask, GlossyOptions, LineGlossy, LineIrradiance, LineLight, Lobes, Pattern, Receiver, horizon_clip,
 };
 use llsr_rsb::{Method as Bisection, Stop, uniform};
-use llsr_scene::{AreaShape, EmissionLaw, Light, LightId, LinearLight, Scene};
+use llsr_scene::{Light, LightId, ObjectId, Scene};
 use llsr_tdf::{ChangeCoherence, Coherence, Finder, FinderScratch, Shift, Tdf, TdfScratch};
 use llsr_tracer::{FanQuery, FanScratch, Tracer};
 use llsr_visibility::{Bracket, Certificate, Counting, Panel, Partition, Visibility};
 use rand_pcg::Pcg64Mcg;
 
+use crate::lamps::Source;
 use crate::search::{samples_to_panels, single_change};
-use crate::{LightClass, Method, Settings, Statistics, SurfacePoint};
+use crate::{LightClass, Method, PreparedLights, Settings, Statistics, SurfacePoint};
 
 /// Which pixel is being shaded; seeds patterns and picks from dither masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -135,52 +137,45 @@ impl LightAnswer {
     }
 }
 
-/// A light as the quadrature sees it.
-#[derive(Clone, Copy, Debug)]
-enum Source {
-    Dark,
-    Point { position: DVec3, line: LineLight },
-    Line(LineLight),
-    Tube(TubeLight),
-    Rect(RectLight),
-    Disc(DiscLight),
-}
-
 /// Shades surface points with the lights of a scene.
 #[derive(Debug)]
 pub struct DirectLight<'a> {
-    tracer: &'a Tracer,
+    pub(crate) tracer: &'a Tracer,
     pub(crate) settings: &'a Settings,
-    sources: Vec<Source>,
-    /// Nodes and weights of the Gauss rule on [0, 1], for [`Method::Gauss`].
-    gauss: (Vec<f64>, Vec<f64>),
-    /// Nodes and weights on [0, 1] of the lines that stand for a light with an area.
-    stack: Vec<(f64, f64)>,
-    /// Roughness of each material.
-    roughness: Vec<f64>,
+    lights: Cow<'a, PreparedLights>,
 }
 
 impl<'a> DirectLight<'a> {
     /// Prepares the lights of `scene`.
     pub fn new(scene: &Scene, tracer: &'a Tracer, settings: &'a Settings) -> Self {
-        let gauss = if settings.method == Method::Gauss {
-            GaussRule::new(settings.samples as usize).iter().unzip()
-        } else {
-            (Vec::new(), Vec::new())
-        };
+        let lights = PreparedLights::new(&scene.lights, &scene.materials, settings);
         Self {
             tracer,
             settings,
-            sources: scene.lights.iter().map(source).collect(),
-            gauss,
-            stack: GaussRule::new(settings.light_lines as usize).iter().collect(),
-            roughness: scene.materials.iter().map(|m| f64::from(m.roughness)).collect(),
+            lights: Cow::Owned(lights),
         }
+    }
+
+    /// The same with lights that were prepared before, with the same settings; costs nothing.
+    pub fn prepared(lights: &'a PreparedLights, tracer: &'a Tracer, settings: &'a Settings) -> Self {
+        Self {
+            tracer,
+            settings,
+            lights: Cow::Borrowed(lights),
+        }
+    }
+
+    /// Puts another light in the place of one.
+    ///
+    /// # Panics
+    /// If there is no such light.
+    pub fn set_light(&mut self, id: LightId, light: &Light) {
+        self.lights.to_mut().set(id, light);
     }
 
     /// Number of lights of the scene.
     pub(crate) fn light_count(&self) -> usize {
-        self.sources.len()
+        self.lights.sources.len()
     }
 
     /// Light of one light on a surface point.
@@ -194,7 +189,7 @@ impl<'a> DirectLight<'a> {
         state: &mut LightState,
         work: &mut Work<'_>,
     ) -> LightAnswer {
-        let (answer, class) = match &self.sources[light.index()] {
+        let (answer, class) = match &self.lights.sources[light.index()] {
             Source::Dark => {
                 work.statistics.skipped.no_power += 1;
                 (LightAnswer::default(), LightClass::Umbra)
@@ -203,19 +198,19 @@ impl<'a> DirectLight<'a> {
             Source::Line(line) => self.line(surface, line, state.line(0), work),
             Source::Tube(tube) => self.lines(
                 surface,
-                tube.lines(surface.position, self.stack.iter().copied()),
+                tube.lines(surface.position, self.lights.stack.iter().copied()),
                 state,
                 work,
             ),
             Source::Rect(rect) => self.lines(
                 surface,
-                rect.lines(surface.position, self.stack.iter().copied()),
+                rect.lines(surface.position, self.lights.stack.iter().copied()),
                 state,
                 work,
             ),
             Source::Disc(disc) => self.lines(
                 surface,
-                disc.lines(surface.position, self.stack.iter().copied()),
+                disc.lines(surface.position, self.lights.stack.iter().copied()),
                 state,
                 work,
             ),
@@ -298,6 +293,9 @@ impl<'a> DirectLight<'a> {
         let tests = oracle.tests();
         work.statistics.visibility_tests += u64::from(tests);
         let visible = &work.scratch.visible;
+        if let Some(blockers) = &mut work.blockers {
+            self.blockers(surface.origin, line, &stretch, visible, blockers);
+        }
         let class = if visible.is_lit() {
             LightClass::Lit
         } else if visible.is_dark() {
@@ -307,7 +305,7 @@ impl<'a> DirectLight<'a> {
         };
         let mut lobes = Lobes::default();
         if self.settings.glossy && class != LightClass::Umbra {
-            let roughness = self.roughness[surface.material.index()];
+            let roughness = self.lights.roughness[surface.material.index()];
             let glossy = LineGlossy::new(&receiver, line, surface.to_viewer, roughness);
             let mut mapped = std::mem::take(&mut work.scratch.mapped);
             mapped.clear();
@@ -548,7 +546,7 @@ impl<'a> DirectLight<'a> {
         points.resize(count, 0.0);
         answers.resize(count, false);
         match self.settings.method {
-            Method::Gauss => points.copy_from_slice(&self.gauss.0),
+            Method::Gauss => points.copy_from_slice(&self.lights.gauss.0),
             Method::Hpd => Pattern::HierarchicalPoisson.fill(rng, points),
             Method::Uniform => Pattern::Uniform.fill(rng, points),
             _ => Pattern::Stratified.fill(rng, points),
@@ -560,7 +558,7 @@ impl<'a> DirectLight<'a> {
         for (i, (&t, &lit)) in points.iter().zip(answers.iter()).enumerate() {
             samples.push((t, lit));
             if lit {
-                sum += self.gauss.1.get(i).unwrap_or(&equal)
+                sum += self.lights.gauss.1.get(i).unwrap_or(&equal)
                     * stretch.irradiance.density(stretch.t0 + stretch.span * t);
             }
         }
@@ -591,11 +589,14 @@ impl<'a> DirectLight<'a> {
             ..LightAnswer::default()
         };
         if self.tracer.occluded(surface.origin, position) {
+            if let Some(blockers) = &mut work.blockers {
+                self.first_blocker(surface.origin, position, blockers);
+            }
             return (answer, LightClass::Umbra);
         }
         answer.irradiance = sum;
         if self.settings.glossy {
-            let roughness = self.roughness[surface.material.index()];
+            let roughness = self.lights.roughness[surface.material.index()];
             let glossy = LineGlossy::new(&receiver, line, surface.to_viewer, roughness);
             answer.lobes = glossy.panel(0.0, 1.0, &GlossyOptions::default()).lobes;
         }
@@ -609,12 +610,14 @@ pub(crate) struct Work<'a> {
     /// Parts of each line that a search for few changes searches on their own; 1 is the rule.
     pub(crate) split: u32,
     pub(crate) rng: Pcg64Mcg,
+    /// Where the objects go that hide something of the light, if they are asked for.
+    pub(crate) blockers: Option<&'a mut Vec<ObjectId>>,
     pub(crate) scratch: &'a mut Scratch,
     pub(crate) statistics: &'a mut Statistics,
 }
 
 /// The part of a line above the horizon: parameters `t0 + span * [0, 1]`.
-struct Stretch {
+pub(crate) struct Stretch {
     irradiance: LineIrradiance,
     t0: f64,
     span: f64,
@@ -622,7 +625,7 @@ struct Stretch {
 
 impl Stretch {
     /// The light parameter at `u` in [0, 1] of the stretch.
-    fn at(&self, u: f64) -> f64 {
+    pub(crate) fn at(&self, u: f64) -> f64 {
         self.t0 + self.span * u
     }
 
@@ -638,68 +641,6 @@ impl Stretch {
             .iter()
             .map(|panel| self.irradiance.panel(self.at(panel.start), self.at(panel.end)))
             .sum()
-    }
-}
-
-fn source(light: &Light) -> Source {
-    if light.flux() <= 0.0 {
-        return Source::Dark;
-    }
-    match light {
-        Light::Linear(light) => {
-            let emission = match light.emission {
-                EmissionLaw::Diffuse => Emission::Diffuse,
-                EmissionLaw::Isotropic => Emission::Isotropic,
-            };
-            let line = LineLight {
-                a: light.a,
-                b: light.b,
-                emission,
-                flux: light.flux,
-            };
-            if light.radius > 0.0 && light.length() > 0.0 {
-                let LinearLight {
-                    a, b, radius, flux, ..
-                } = *light;
-                return Source::Tube(TubeLight { a, b, radius, flux });
-            }
-            // Without a length there is nothing to search along.
-            if light.length() > 0.0 {
-                Source::Line(line)
-            } else {
-                Source::Point {
-                    position: light.a,
-                    line,
-                }
-            }
-        }
-        Light::Area(light) => match light.shape {
-            AreaShape::Rect {
-                corner,
-                along,
-                across,
-            } => Source::Rect(RectLight {
-                corner,
-                along,
-                across,
-                flux: light.flux,
-            }),
-            AreaShape::Disc {
-                center,
-                normal,
-                radius,
-            } => Source::Disc(DiscLight::new(center, normal, radius, light.flux)),
-        },
-        Light::Point(light) => {
-            let (position, flux) = (light.position, light.flux);
-            let line = LineLight {
-                a: position,
-                b: position,
-                emission: Emission::Isotropic,
-                flux,
-            };
-            Source::Point { position, line }
-        }
     }
 }
 

@@ -4,19 +4,27 @@
 //! picture on all threads of the current rayon pool, the same bits for any number of them.
 
 mod alone;
+mod blockers;
 mod direct;
 mod film;
+mod lamps;
 mod random;
 mod render;
 mod search;
 mod settings;
+mod shader;
 mod share;
 mod statistics;
 mod surface;
 
 pub use direct::{DirectLight, LightAnswer, LightState, Pixel, Scratch};
 pub use film::{Film, Layer};
+pub use lamps::PreparedLights;
 pub use render::{Interrupted, Rendered, TILE, render, tile_count};
 pub use settings::{Method, Settings, Wasteful};
+pub use shader::{
+    DirectShader, Encounters, MovedThing, Place, PlaceError, SceneChange, SceneMove, ShadeRequest,
+    ShadedPoint, Shader, ShaderError, ShaderScratch, World,
+};
 pub use statistics::{FanCounts, HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
 pub use surface::SurfacePoint;

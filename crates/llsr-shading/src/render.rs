@@ -344,6 +344,7 @@ impl Painter<'_> {
                 at,
                 split: self.split,
                 rng,
+                blockers: None,
                 scratch: &mut *scratch,
                 statistics: &mut *statistics,
             };

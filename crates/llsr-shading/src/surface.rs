@@ -1,6 +1,6 @@
 //! Surface points, ready to be lit.
 
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use llsr_scene::{Geometry, MaterialId, ObjectId, Scene};
 use llsr_tracer::{Hit, Surface};
 
@@ -35,6 +35,15 @@ impl SurfacePoint {
     /// # Panics
     /// If the hit is not one of this scene.
     pub fn new(scene: &Scene, hit: &Hit, direction: DVec3) -> Self {
+        let transform = &scene.objects[hit.object.index()].transform;
+        Self::placed(scene, transform, hit, direction)
+    }
+
+    /// The same for an object that stands where `transform` puts it, whatever the scene says.
+    ///
+    /// # Panics
+    /// If the hit is not one of this scene.
+    pub fn placed(scene: &Scene, transform: &Affine3A, hit: &Hit, direction: DVec3) -> Self {
         let object = &scene.objects[hit.object.index()];
         let towards = |normal: DVec3| {
             if normal.dot(direction) > 0.0 {
@@ -62,7 +71,7 @@ impl SurfacePoint {
                         .map(|(corner, weight)| mesh.normals[corner].as_dvec3() * weight)
                         .sum();
                     // Normals go with the inverse transpose.
-                    let inverse = object.transform.matrix3.inverse().transpose();
+                    let inverse = transform.matrix3.inverse().transpose();
                     let normal = glam::DMat3::from_cols(
                         inverse.x_axis.as_dvec3(),
                         inverse.y_axis.as_dvec3(),

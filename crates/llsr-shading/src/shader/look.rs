@@ -1,0 +1,101 @@
+//! What all shaders of this crate have in common: the ray, the background and direct light.
+
+use glam::{DVec3, Vec3};
+use llsr_scene::{LightId, ObjectId, Triple};
+
+use crate::random::mix;
+use crate::shader::{Encounters, ShadeRequest, ShadedPoint, ShaderError, ShaderScratch, World};
+use crate::{DirectLight, LightAnswer, Pixel, SurfacePoint};
+
+/// The direction of a request as a unit vector.
+pub(crate) fn unit_direction(request: &ShadeRequest) -> Result<DVec3, ShaderError> {
+    let direction = request.direction.try_normalize();
+    direction
+        .filter(|_| request.origin.is_finite())
+        .ok_or(ShaderError::BadRay { id: request.id })
+}
+
+/// A number for a ray that seeds its random choices: the same wherever and whenever the ray is shaded.
+pub(crate) fn ray_hash(seed: u64, origin: DVec3, direction: DVec3) -> u64 {
+    let numbers = origin.to_array().into_iter().chain(direction.to_array());
+    numbers.fold(mix(seed), |hash, number| mix(hash ^ number.to_bits()))
+}
+
+/// A pixel that stands for a ray or a point of that number.
+pub(crate) fn pixel_of(hash: u64) -> Pixel {
+    Pixel {
+        x: hash as u32,
+        y: (hash >> 32) as u32,
+        index: hash,
+        subsample: 0,
+    }
+}
+
+/// The point for a ray that meets nothing.
+pub(crate) fn background(world: &World, request: &ShadeRequest, direction: DVec3) -> ShadedPoint {
+    ShadedPoint {
+        id: request.id,
+        position: world.background(request.origin, direction).as_vec3(),
+        normal: (-direction).as_vec3(),
+        albedo: Vec3::ZERO,
+        colour: Vec3::ZERO,
+        object: None,
+        lights: 0,
+    }
+}
+
+/// The point for a surface, to be given its colour and lights.
+pub(crate) fn unlit(request: &ShadeRequest, surface: &SurfacePoint) -> ShadedPoint {
+    ShadedPoint {
+        id: request.id,
+        position: surface.position.as_vec3(),
+        normal: surface.shading_normal.as_vec3(),
+        albedo: surface.albedo,
+        colour: Vec3::ZERO,
+        object: Some(surface.object),
+        lights: 0,
+    }
+}
+
+/// Direct light on a surface that was asked for: `each` gets the colour of every light and its answer. Reports the surface
+/// and the shadows on it, and returns the lights that reach it.
+pub(crate) fn direct_and_met(
+    world: &World,
+    direct: &DirectLight<'_>,
+    surface: &SurfacePoint,
+    hash: u64,
+    scratch: &mut ShaderScratch,
+    met: &mut Encounters,
+    mut each: impl FnMut(DVec3, &LightAnswer),
+) -> u64 {
+    let ShaderScratch {
+        direct: memory,
+        states,
+        blockers,
+        statistics,
+        ..
+    } = scratch;
+    met.add_object(surface.object);
+    let mut seen = 0;
+    let visit = |light: LightId, answer: &LightAnswer, blockers: &[ObjectId]| {
+        each(world.lights()[light.index()].color().as_dvec3(), answer);
+        seen |= u64::from(answer.irradiance > 0.0) << (light.0 % 64);
+        for &blocker in blockers {
+            met.add_triple(Triple {
+                light,
+                blocker,
+                receiver: surface.object,
+            });
+        }
+    };
+    direct.shade_point_and_blockers(
+        surface,
+        pixel_of(hash),
+        states,
+        memory,
+        statistics,
+        blockers,
+        visit,
+    );
+    seen
+}

@@ -1,0 +1,21 @@
+//! Working memory of a thread that shades.
+
+use llsr_scene::ObjectId;
+
+use crate::{LightState, Scratch, Statistics};
+
+/// Working memory of one thread, kept from batch to batch so that shading does not allocate; any shader can use any.
+#[derive(Debug, Default)]
+pub struct ShaderScratch {
+    pub(crate) direct: Scratch,
+    pub(crate) states: Vec<LightState>,
+    pub(crate) blockers: Vec<ObjectId>,
+    pub(crate) statistics: Statistics,
+}
+
+impl ShaderScratch {
+    /// What all shading with this memory did about direct light.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+}

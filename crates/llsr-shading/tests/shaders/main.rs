@@ -1,0 +1,4 @@
+//! Shaders against pictures, dense sampling and known answers.
+
+mod direct;
+mod support;
