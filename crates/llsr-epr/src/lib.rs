@@ -3,8 +3,12 @@
 //! After Bala, Walter and Greenberg, "Combining Edges and Points for Interactive High-Quality Rendering", SIGGRAPH 2003
 //! ("BWG03"). [`render_still`] makes a finished picture from a few percent of shaded pixels.
 
+mod pool;
 mod still;
 
+pub use pool::{
+    Harvest, Lockstep, Overflow, PoolCounts, PoolSettings, PoolStatus, ShaderPool, shade_lockstep,
+};
 pub use still::{
     Still, StillCounts, StillError, StillLayer, StillSettings, render_still, still_steps, view_edges,
 };
