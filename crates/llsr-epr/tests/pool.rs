@@ -355,7 +355,9 @@ fn the_end_waits_for_threads_only_so_long() {
             _: &mut Encounters,
         ) -> Answer {
             self.entered.store(true, Ordering::SeqCst);
-            while !(self.listens && self.told.load(Ordering::SeqCst)) && !self.free.load(Ordering::SeqCst) {
+            let ended =
+                || self.listens && self.told.load(Ordering::SeqCst) || self.free.load(Ordering::SeqCst);
+            while !ended() {
                 std::thread::sleep(Duration::from_millis(1));
             }
             Err(ShaderError::External("stopped".into()))
