@@ -44,6 +44,8 @@ pub(crate) struct Common {
 pub(crate) enum Command {
     /// Render a picture (.png for looking at, .exr with layers for work)
     Render(RenderArgs),
+    /// Walk through a scene at interactive rates without a window (Bala et al. 2003), and report each frame
+    Walk(WalkArgs),
     /// Measure error against run time, method by method
     Bench(BenchArgs),
     /// Say what a scene file holds: units, camera, lights, repairs and what was left out
@@ -222,6 +224,60 @@ pub(crate) enum Tone {
     Srgb,
     /// A soft shoulder that keeps bright parts apart
     Filmic,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct WalkArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Frames to make [default: all of --path, else 120]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) frames: Option<u32>,
+    /// Camera path: a text file with one camera a line, as `llsr view` records it [default: straight on, turning slowly]
+    #[arg(long, value_name = "FILE", long_help = PATHS)]
+    pub(crate) path: Option<PathBuf>,
+    /// What samples are shaded with
+    #[arg(long, value_enum, default_value_t = WalkShader::Direct)]
+    pub(crate) shader: WalkShader,
+    /// New samples a frame [default: 1% of the pixels]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) samples_per_frame: Option<u32>,
+    /// Time the same shader on every pixel too, one sample each, on the same cores
+    #[arg(long, value_enum, value_name = "WITH")]
+    pub(crate) compare: Option<Compare>,
+    /// Measure the error of some frames against 64 samples a pixel, beside that of ray tracing with one and of interpolation
+    /// without edges
+    #[arg(long)]
+    pub(crate) reference: bool,
+    /// Put a grid of bars above the scene
+    #[arg(long)]
+    pub(crate) add_grid: bool,
+    /// Move an object to and fro: the grid, or the object of that name
+    #[arg(long = "move", value_name = "NAME", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    pub(crate) moves: Option<String>,
+    /// Write some frames as PNG into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) keep_frames: Option<PathBuf>,
+    /// Keep and measure one frame in N, and the last one
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) every: u32,
+}
+
+const PATHS: &str = "Camera path: a text file with one line a frame, 30 frames a second. A line holds ten numbers: the
+position (metres, in the frame of the scene's file), the direction of view, the upward direction, and the vertical
+opening angle in degrees. Empty lines and lines that start with # do not count. `llsr view` records such files.
+Without it the camera goes straight on at 1.4 m/s (slower in small scenes) and turns by 20 degrees a second.";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum WalkShader {
+    /// Direct light and a constant for the rest
+    Direct,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Compare {
+    /// A ray tracer that shades every pixel of every frame
+    Raytrace,
 }
 
 #[derive(Args, Clone, Debug)]

@@ -45,6 +45,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
             command::render::run(&args, &cli.common, true)
         }
         Some(Command::Render(args)) => command::render::run(args, &cli.common, false),
+        Some(Command::Walk(args)) => command::walk::run(args, &cli.common),
         Some(Command::Bench(args)) => command::bench::run(args, &cli.common),
         Some(Command::Info(args)) => command::info::run(args, &cli.common),
         Some(Command::Diff(args)) => command::diff::run(args, &cli.common),

@@ -1,11 +1,17 @@
 //! The edge-and-point renderer: joins edges and shaded points into pictures.
 //!
 //! After Bala, Walter and Greenberg, "Combining Edges and Points for Interactive High-Quality Rendering", SIGGRAPH 2003
-//! ("BWG03"). [`render_still`] makes a finished picture from a few percent of shaded pixels.
+//! ("BWG03"). [`FrameRenderer`] makes interactive frames, most of whose pixels were shaded in earlier ones, and
+//! [`LockstepRenderer`] or a [`ShaderPool`] feeds it; [`render_still`] makes a finished picture from a few percent of shaded pixels.
 
+mod frame;
 mod pool;
 mod still;
 
+pub use frame::{
+    BlindInterpolation, CameraPath, CameraPathError, FrameError, FrameRenderer, FrameReport, FrameSettings,
+    LockstepRenderer, StageTimes, ray_trace,
+};
 pub use pool::{
     Harvest, Lockstep, Overflow, PoolCounts, PoolSettings, PoolStatus, ShaderPool, shade_lockstep,
 };

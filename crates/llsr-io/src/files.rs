@@ -39,6 +39,15 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
+/// Reads a text file of at most `limit` bytes; bytes that are no UTF-8 become replacement characters.
+///
+/// # Errors
+/// If it cannot be read, is no file or is larger; the error names it.
+pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
+    let bytes = read(path, limit)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
 /// The file that `name` means, written in a file in `directory`; `None` if that is not below `directory`.
 pub(crate) fn beside(directory: &Path, name: &str) -> Option<PathBuf> {
     let name = name.replace('\\', "/");

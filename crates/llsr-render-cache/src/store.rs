@@ -37,6 +37,10 @@ pub enum Fate {
     /// They age by so many ticks: they stay until newer samples come, and are asked for first. Right for points whose
     /// colour is doubtful.
     Age(u8),
+    /// They reach the age 255 after so many further ticks at the latest, so that [`PointStore::advance`] with a largest age of
+    /// 254 removes them then, unless newer samples take their places before. Right for points whose colour may be wrong
+    /// and must not stay, while something else is still better than nothing.
+    Expire(u8),
 }
 
 /// A fixed number of slots for points.
@@ -208,6 +212,12 @@ impl PointStore {
         })
     }
 
+    /// Invalidates the points for whose positions `affected` says so; it is called in order of the slots. Returns how many.
+    /// Several times faster than [`invalidate_where`](Self::invalidate_where).
+    pub fn invalidate_positions(&mut self, mut affected: impl FnMut(Vec3) -> bool, fate: Fate) -> usize {
+        self.apply(fate, |store, i| affected(store.position(i)))
+    }
+
     /// Moves the points on an object along with it. Their colours stay: let them age if the light on them changes.
     /// Points that the motion takes to infinity are removed. Returns how many points moved.
     pub fn move_object(&mut self, object: u32, motion: &Affine3A) -> usize {
@@ -239,6 +249,7 @@ impl PointStore {
                 match fate {
                     Fate::Remove => self.remove(i),
                     Fate::Age(ticks) => self.age[i] = self.age[i].saturating_add(ticks),
+                    Fate::Expire(ticks) => self.age[i] = self.age[i].max(u8::MAX - ticks),
                 }
             }
         }

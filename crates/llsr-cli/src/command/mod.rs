@@ -5,3 +5,4 @@ pub(crate) mod demo;
 pub(crate) mod diff;
 pub(crate) mod info;
 pub(crate) mod render;
+pub(crate) mod walk;

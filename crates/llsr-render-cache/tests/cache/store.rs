@@ -312,7 +312,13 @@ enum Step {
 fn steps() -> impl Strategy<Value = Vec<Step>> {
     let coordinate = || (-4..5i32).prop_map(|v| v as f32);
     let vector = move || (coordinate(), coordinate(), coordinate()).prop_map(|(x, y, z)| Vec3::new(x, y, z));
-    let fate = || prop_oneof![Just(Fate::Remove), (0..200u8).prop_map(Fate::Age)];
+    let fate = || {
+        prop_oneof![
+            Just(Fate::Remove),
+            (0..200u8).prop_map(Fate::Age),
+            (0..200u8).prop_map(Fate::Expire)
+        ]
+    };
     let insert = (vector(), 0..4u32, any::<u64>()).prop_map(|(position, object, lights)| {
         Step::Insert(Point {
             lights: 1 << (lights % 64),
@@ -331,6 +337,25 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step, 1..80)
 }
 
+#[test]
+fn expiring_points_go_in_time_or_are_renewed() {
+    let mut store = PointStore::new(100).expect("capacity");
+    let (near, far) = (Vec3::new(0.0, 0.0, -1.0), Vec3::new(0.0, 0.0, -9.0));
+    put(&mut store, &point(near, 0));
+    put(&mut store, &point(far, 0));
+    let expired = store.invalidate_positions(|p| p.z > -5.0, Fate::Expire(3));
+    assert_eq!(expired, 1, "only the near one");
+    assert_eq!(store.advance(2, 254), 0, "not yet");
+    // Again: an age never falls.
+    store.invalidate_positions(|p| p.z > -5.0, Fate::Expire(3));
+    assert_eq!(store.advance(1, 254), 1, "after three ticks");
+    assert_eq!(
+        store.iter().next().map(|(_, p)| p.position),
+        Some(far),
+        "the other stays"
+    );
+}
+
 proptest! {
     /// Against a plain list of points and ages.
     #[test]
@@ -345,6 +370,11 @@ proptest! {
                     Fate::Age(ticks) => {
                         for (_, p, age) in model.iter_mut() {
                             *age = if hit(p) { age.saturating_add(ticks) } else { *age };
+                        }
+                    }
+                    Fate::Expire(ticks) => {
+                        for (_, _, age) in model.iter_mut().filter(|(_, p, _)| hit(p)) {
+                            *age = (*age).max(255 - ticks);
                         }
                     }
                 }

@@ -1,0 +1,174 @@
+//! `llsr walk`: frames along a camera path, without a window.
+
+mod kept;
+mod report;
+mod stage;
+
+use std::sync::Arc;
+
+use llsr_epr::{CameraPath, FrameRenderer, FrameSettings, LockstepRenderer, ray_trace};
+use llsr_scene::{Camera, Scene, Viewport};
+use llsr_shading::{DirectShader, Shader, World};
+
+use crate::args::{Common, Compare, WalkArgs, WalkShader};
+use crate::camera;
+use crate::clock::{Seconds, Stopwatch};
+use crate::command::walk::kept::Keeper;
+use crate::command::walk::report::{FrameLine, Walk};
+use crate::command::walk::stage::{Motion, add_grid};
+use crate::failure::Failure;
+use crate::load::{load, need_light};
+use crate::progress::Progress;
+use crate::report as reports;
+
+/// Pictures that `--compare raytrace` times: the median counts.
+const TIMED_PICTURES: usize = 3;
+
+/// Bytes that a path file may have.
+const LARGEST_PATH: u64 = 256 << 20;
+
+pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
+    let watch = Stopwatch::start();
+    let mut loaded = load(&args.scene)?;
+    need_light(&loaded, &args.scene.scene)?;
+    let grid = args.add_grid.then(|| add_grid(&mut loaded.scene));
+    let motion = args
+        .moves
+        .as_deref()
+        .map(|name| Motion::of(name, grid, &loaded.scene))
+        .transpose()?;
+    let load_seconds = watch.read();
+
+    let watch = Stopwatch::start();
+    let movable: Vec<_> = motion.iter().map(|motion| motion.object).collect();
+    let (world, dropped) = World::new(Arc::new(loaded.scene), &movable);
+    let scene = Arc::clone(world.scene());
+    let (width, height) = args.scene.size;
+    let viewport = Viewport { width, height };
+    let (camera, _) = camera::choose(&args.scene, &scene, world.tracer(), viewport)?;
+    let path = camera_path(args, &scene, &camera)?;
+    let settings = FrameSettings {
+        seed: common.seed,
+        ..FrameSettings::default()
+    };
+    let renderer = FrameRenderer::new(&scene, viewport, settings)
+        .map_err(|error| Failure::Usage(format!("--size: {error}")))?;
+    let mut world = Arc::new(world);
+    let shader: Box<dyn Shader> = match args.shader {
+        WalkShader::Direct => Box::new(DirectShader::new(Arc::clone(&world), world.suggested_ambient())),
+    };
+    let build_seconds = watch.read();
+
+    let warnings: Vec<String> = loaded
+        .warnings
+        .iter()
+        .map(ToString::to_string)
+        .chain(dropped.iter().map(ToString::to_string))
+        .collect();
+    if !common.quiet {
+        reports::print_warnings(&warnings, 3, &args.scene.scene);
+    }
+
+    let samples = args
+        .samples_per_frame
+        .map_or_else(|| (viewport.pixels() / 100).max(1), |n| n as usize);
+    let frames = path.cameras.len();
+    let mut lockstep = LockstepRenderer::new(renderer, samples);
+    let mut keeper = Keeper::new(args, &lockstep.renderer)?;
+    let mut walk = Walk {
+        scene: args.scene.scene.clone(),
+        triangles: scene.triangle_count(),
+        primitives: scene.primitive_count(),
+        lights: scene.lights.len(),
+        size: args.scene.size,
+        shader: shader.name().to_owned(),
+        samples,
+        seed: common.seed,
+        seconds: vec![("load", load_seconds), ("build", build_seconds)],
+        warnings,
+        ..Walk::default()
+    };
+    let progress = Progress::new("walking", frames as u64, common.quiet);
+    let kept = |frame: usize| (frame + 1).is_multiple_of(args.every as usize) || frame + 1 == frames;
+    let mut raytraced: Vec<Seconds> = Vec::new();
+    for (frame, camera) in path.cameras.iter().enumerate() {
+        let watch = Stopwatch::start();
+        if let Some(motion) = &motion {
+            let change = world
+                .moved(&[motion.place(frame)])
+                .map_err(|error| Failure::Work(format!("--move: {error}")))?;
+            shader.changed(&change);
+            lockstep.renderer.changed(&change);
+            world = change.world;
+        }
+        if frame == 0 {
+            walk.warm_up_samples = lockstep.warm_up(&*shader, camera);
+        }
+        lockstep.draw(camera);
+        let drawn = watch.read();
+        let report = *lockstep.renderer.report();
+        let mut error = None;
+        if kept(frame) {
+            if args.compare == Some(Compare::Raytrace) && raytraced.len() < TIMED_PICTURES {
+                let watch = Stopwatch::start();
+                ray_trace(&*shader, camera, viewport, 1, common.seed).map_err(shader_failed)?;
+                raytraced.push(watch.read());
+            }
+            error = keeper.keep(frame, &lockstep.renderer, &*shader, camera)?;
+        }
+        let watch = Stopwatch::start();
+        if frame + 1 < frames {
+            lockstep.shade(&*shader);
+        }
+        let shaded = watch.read();
+        let seconds = Seconds {
+            wall: drawn.wall + shaded.wall,
+            cpu: drawn.cpu + shaded.cpu,
+        };
+        walk.frames.push(FrameLine {
+            report,
+            seconds,
+            error,
+        });
+        if !progress.step() {
+            return Err(Failure::Interrupted);
+        }
+    }
+    progress.finish();
+    let trouble = lockstep.trouble();
+    walk.shader_errors = (trouble.errors + trouble.panics) as u64;
+    if let Some(error) = &trouble.last_error {
+        let failed = trouble.failed;
+        eprintln!("warning: the shader lost {failed} samples; the last time: {error}");
+    }
+    walk.finish(&lockstep.renderer, &raytraced);
+    if let Some(path) = &common.report {
+        reports::write_json(path, &walk.json())?;
+    }
+    if !common.quiet {
+        walk.print();
+        keeper.print();
+    }
+    Ok(())
+}
+
+fn shader_failed(error: String) -> Failure {
+    Failure::Work(format!("the shader failed: {error}"))
+}
+
+fn camera_path(args: &WalkArgs, scene: &Scene, camera: &Camera) -> Result<CameraPath, Failure> {
+    let Some(file) = &args.path else {
+        let frames = args.frames.unwrap_or(120) as usize;
+        let diagonal = f64::from(scene.bounds().diagonal());
+        return Ok(CameraPath::default_walk(camera, frames, diagonal));
+    };
+    let failed = |what: String| Failure::Work(format!("--path {}: {what}", file.display()));
+    let text = llsr_io::read_text(file, LARGEST_PATH)?;
+    let mut path = CameraPath::parse(&text, scene.origin).map_err(|error| failed(error.to_string()))?;
+    if let Some(frames) = args.frames {
+        // A path that is too short waits at its end.
+        let last = path.cameras[path.cameras.len() - 1].clone();
+        path.cameras.resize(frames as usize, last);
+    }
+    Ok(path)
+}

@@ -1,0 +1,248 @@
+//! What a walk reports.
+
+use llsr_epr::{FrameRenderer, FrameReport};
+use serde_json::{Map, Value, json};
+
+use crate::clock::Seconds;
+
+/// One frame of a report.
+pub(crate) struct FrameLine {
+    pub(crate) report: FrameReport,
+    /// Drawing and shading, over all cores.
+    pub(crate) seconds: Seconds,
+    pub(crate) error: Option<Value>,
+}
+
+/// A whole walk.
+#[derive(Default)]
+pub(crate) struct Walk {
+    pub(crate) scene: String,
+    pub(crate) triangles: usize,
+    pub(crate) primitives: usize,
+    pub(crate) lights: usize,
+    pub(crate) size: (u32, u32),
+    pub(crate) shader: String,
+    pub(crate) samples: usize,
+    pub(crate) seed: u64,
+    pub(crate) seconds: Vec<(&'static str, Seconds)>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) warm_up_samples: usize,
+    pub(crate) frames: Vec<FrameLine>,
+    pub(crate) shader_errors: u64,
+    pub(crate) summary: Summary,
+}
+
+#[derive(Default)]
+pub(crate) struct Summary {
+    /// Medians of the stages over the frames.
+    median_ms: Vec<(&'static str, f64)>,
+    fps: f64,
+    sparseness: f64,
+    /// Seconds of a frame with its samples: wall clock, and processor time of all threads.
+    seconds_a_frame: Seconds,
+    raytrace: Option<Seconds>,
+    hash: u64,
+}
+
+impl Walk {
+    /// Works the summary out.
+    pub(crate) fn finish(&mut self, renderer: &FrameRenderer, raytraced: &[Seconds]) {
+        let stages = FrameReport::default().ms.named();
+        let median_ms = stages.iter().enumerate().map(|(i, (name, _))| {
+            let values = self.frames.iter().map(|line| line.report.ms.named()[i].1);
+            (*name, median(values))
+        });
+        let median_ms: Vec<_> = median_ms.collect();
+        let total = median_ms.last().map_or(0.0, |stage| stage.1);
+        let seconds = |pick: fn(&Seconds) -> f64, all: &[Seconds]| median(all.iter().map(pick));
+        let a_frame: Vec<Seconds> = self.frames.iter().map(|line| line.seconds).collect();
+        let new: usize = self
+            .frames
+            .iter()
+            .skip(1)
+            .map(|line| line.report.new_points)
+            .sum();
+        let pixels = f64::from(self.size.0) * f64::from(self.size.1);
+        self.summary = Summary {
+            median_ms,
+            fps: 1e3 / total,
+            sparseness: new as f64 / (self.frames.len().saturating_sub(1).max(1) as f64 * pixels),
+            seconds_a_frame: Seconds {
+                wall: seconds(|s| s.wall, &a_frame),
+                cpu: seconds(|s| s.cpu, &a_frame),
+            },
+            raytrace: (!raytraced.is_empty()).then(|| Seconds {
+                wall: seconds(|s| s.wall, raytraced),
+                cpu: seconds(|s| s.cpu, raytraced),
+            }),
+            hash: picture_hash(renderer),
+        };
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        let frames: Vec<Value> = self.frames.iter().map(FrameLine::json).collect();
+        let seconds = |pick: fn(&Seconds) -> f64| -> Map<String, Value> {
+            let named = self
+                .seconds
+                .iter()
+                .map(|(name, s)| ((*name).to_owned(), json!(pick(s))));
+            named.collect()
+        };
+        json!({
+            "scene": self.scene,
+            "triangles": self.triangles,
+            "primitives": self.primitives,
+            "lights": self.lights,
+            "size": [self.size.0, self.size.1],
+            "shader": self.shader,
+            "samples_per_frame": self.samples,
+            "warm_up_samples": self.warm_up_samples,
+            "seed": self.seed,
+            "threads": rayon::current_num_threads(),
+            "seconds": seconds(|s| s.wall),
+            "cpu_seconds": seconds(|s| s.cpu),
+            "shader_errors": self.shader_errors,
+            "warnings": self.warnings,
+            "frames": frames,
+            "summary": self.summary.json(&self.frames),
+        })
+    }
+
+    pub(crate) fn print(&self) {
+        let (width, height) = self.size;
+        println!(
+            "{}: {} triangles, {} primitives, {} lights; {} frames of {width}x{height}, shader {}",
+            self.scene,
+            self.triangles,
+            self.primitives,
+            self.lights,
+            self.frames.len(),
+            self.shader
+        );
+        let stages: Vec<String> = self
+            .summary
+            .median_ms
+            .iter()
+            .map(|(name, ms)| format!("{name} {ms:.2}"))
+            .collect();
+        println!("median ms: {}", stages.join(", "));
+        println!(
+            "{:.1} frames a second; {:.2}% new samples a frame",
+            self.summary.fps,
+            100.0 * self.summary.sparseness
+        );
+        if let Some(traced) = self.summary.raytrace {
+            println!(
+                "with its samples a frame takes {:.1} ms, one sample in every pixel {:.3} s: {:.1} times as long",
+                1e3 * self.summary.seconds_a_frame.wall,
+                traced.wall,
+                traced.wall / self.summary.seconds_a_frame.wall
+            );
+        }
+        if let Some(error) = mean_errors(&self.frames) {
+            println!(
+                "FLIP against 64 samples a pixel: {:.4}; ray tracing with one {:.4}, without edges {:.4}",
+                error[0], error[1], error[2]
+            );
+        }
+    }
+}
+
+impl FrameLine {
+    fn json(&self) -> Value {
+        let report = &self.report;
+        let ms: Map<String, Value> = report
+            .ms
+            .named()
+            .into_iter()
+            .map(|(name, ms)| (name.to_owned(), json!(ms)))
+            .collect();
+        json!({
+            "ms": ms,
+            "seconds": self.seconds.wall,
+            "cpu_seconds": self.seconds.cpu,
+            "edges": {
+                "silhouette": report.silhouette_edges,
+                "shadow": report.shadow_edges,
+                "in_picture": report.edges_in_picture,
+            },
+            "pixels": {
+                "empty": report.pixels.empty,
+                "simple": report.pixels.simple,
+                "complex": report.pixels.complex,
+            },
+            "points": { "shown": report.points.occupied, "hidden": report.points.hidden },
+            "new_samples": report.new_points,
+            "doubtful": report.doubtful,
+            "filled": report.filled,
+            "patched": report.patched,
+            "holes": report.holes,
+            "error": self.error,
+        })
+    }
+}
+
+impl Summary {
+    fn json(&self, frames: &[FrameLine]) -> Value {
+        let median_ms: Map<String, Value> = self
+            .median_ms
+            .iter()
+            .map(|(name, ms)| ((*name).to_owned(), json!(ms)))
+            .collect();
+        let errors = mean_errors(frames);
+        let holes: usize = frames.iter().map(|line| line.report.holes).sum();
+        json!({
+            "median_ms": median_ms,
+            "fps": self.fps,
+            "sparseness": self.sparseness,
+            "seconds_per_frame": self.seconds_a_frame.wall,
+            "cpu_seconds_per_frame": self.seconds_a_frame.cpu,
+            "raytrace_seconds": self.raytrace.map(|s| s.wall),
+            "raytrace_cpu_seconds": self.raytrace.map(|s| s.cpu),
+            "speedup": self.raytrace.map(|s| s.wall / self.seconds_a_frame.wall),
+            "cpu_speedup": self.raytrace.map(|s| s.cpu / self.seconds_a_frame.cpu),
+            "flip": errors.map(|e| e[0]),
+            "raytrace_flip": errors.map(|e| e[1]),
+            "blind_flip": errors.map(|e| e[2]),
+            "holes": holes,
+            "last_frame_hash": format!("{:016x}", self.hash),
+        })
+    }
+}
+
+/// Mean FLIP over the measured frames: ours, of ray tracing, and without edges.
+fn mean_errors(frames: &[FrameLine]) -> Option<[f64; 3]> {
+    let measured: Vec<&Value> = frames.iter().filter_map(|line| line.error.as_ref()).collect();
+    let mean = |pick: fn(&Value) -> &Value| {
+        let values = measured.iter().filter_map(|error| pick(error).as_f64());
+        values.sum::<f64>() / measured.len() as f64
+    };
+    (!measured.is_empty()).then(|| {
+        [
+            mean(|e| &e["flip"]),
+            mean(|e| &e["raytrace"]["flip"]),
+            mean(|e| &e["blind"]["flip"]),
+        ]
+    })
+}
+
+/// The middle value; 0 without any.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// FNV-1a over the bits of the last picture.
+fn picture_hash(renderer: &FrameRenderer) -> u64 {
+    let picture = renderer.picture();
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    for y in 0..picture.size().1 {
+        for value in picture.row(y).into_iter().flatten() {
+            for byte in value.to_bits().to_le_bytes() {
+                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+            }
+        }
+    }
+    hash
+}

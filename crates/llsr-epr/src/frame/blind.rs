@@ -1,0 +1,53 @@
+//! The same points without the edges, for comparison.
+
+use llsr_epi::{EdgePointImage, Picture, SamplePlanes, Settings};
+
+use crate::frame::patch::{PatchScratch, patch};
+use crate::frame::{FrameError, FrameRenderer};
+
+/// Interpolates the points of a [`FrameRenderer`] without regard to edges, as the Render Cache does (BWG03, figure 11).
+#[derive(Debug)]
+pub struct BlindInterpolation {
+    image: EdgePointImage,
+    picture: Picture,
+    scratch: PatchScratch,
+}
+
+impl BlindInterpolation {
+    /// For pictures of the size of `renderer`'s, with its filter.
+    ///
+    /// # Errors
+    /// None that the renderer did not have.
+    pub fn new(renderer: &FrameRenderer) -> Result<Self, FrameError> {
+        let (width, height) = (renderer.viewport().width, renderer.viewport().height);
+        let settings = Settings {
+            half_lines: false,
+            ..*renderer.image().settings()
+        };
+        Ok(Self {
+            image: EdgePointImage::new(width, height, settings)?,
+            picture: Picture::new(width, height),
+            scratch: PatchScratch::default(),
+        })
+    }
+
+    /// The picture from the points of the renderer's last frame.
+    ///
+    /// # Panics
+    /// If the renderer has another size.
+    pub fn draw(&mut self, renderer: &FrameRenderer) -> &Picture {
+        let points = renderer.points();
+        self.image.load_samples(SamplePlanes {
+            stride: points.stride(),
+            region: points.region_plane(),
+            depth: points.depth_plane(),
+            colour: points.colour_plane(),
+        });
+        self.image.classify();
+        self.image.reach();
+        self.image.interpolate(&mut self.picture);
+        self.image.fill(&mut self.picture, 4);
+        patch(&mut self.picture, &mut self.scratch);
+        &self.picture
+    }
+}

@@ -1,0 +1,16 @@
+//! Interactive frames: edges and points joined once a frame.
+
+mod blind;
+mod camera_path;
+mod lockstep;
+mod motion;
+mod patch;
+mod predict;
+mod renderer;
+mod settings;
+
+pub use blind::BlindInterpolation;
+pub use camera_path::{CameraPath, CameraPathError};
+pub use lockstep::{LockstepRenderer, ray_trace};
+pub use renderer::{FrameError, FrameRenderer};
+pub use settings::{FrameReport, FrameSettings, StageTimes};

@@ -1,0 +1,517 @@
+//! The renderer of interactive frames.
+
+use std::time::Instant;
+
+use glam::{Mat4, Vec3};
+use llsr_edges::{SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView};
+use llsr_epi::{EdgeList, EdgePointImage, Picture, SamplePlanes};
+use llsr_render_cache::{
+    Chooser, DepthFilter, Fate, Point, PointImage, PointStore, Prediction, Priorities, Request, View,
+};
+use llsr_scene::{Bounds, Camera, ObjectId, Scene, Viewport};
+use llsr_shading::{Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoint};
+
+use crate::frame::motion::{LightSpan, Shade};
+use crate::frame::patch::{PatchScratch, patch};
+use crate::frame::predict::extrapolate;
+use crate::frame::settings::{FrameReport, FrameSettings, StageTimes};
+
+/// Object of points of the background.
+const BACKGROUND: u32 = u32::MAX;
+/// Frames for which an object counts as visible after a sample of it: as long as a point lives.
+const VISIBLE_FRAMES: u64 = 255;
+/// Passes that hand colours on to pixels that reach no point, two pixels each.
+const FILL_PASSES: usize = 4;
+/// Points of a cell of 8x8 pixels from which on the prediction asks for no more: one in five.
+const ENOUGH: usize = 13;
+/// One group of points in so many is looked at to predict.
+const PREDICTION_SHARE: usize = 4;
+/// Near plane of the projection; only the ratios of x, y and w are looked at.
+const NEAR: f32 = 1e-3;
+/// Golden ratio: multiples of it modulo 1 are spread evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Why there are no frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// The size does not suit an edge-and-point image.
+    Size(llsr_epi::SizeError),
+    /// The cache of points cannot be made.
+    Cache(llsr_render_cache::Error),
+}
+
+impl std::fmt::Display for FrameError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Size(error) => error.fmt(f),
+            Self::Cache(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for FrameError {}
+
+impl From<llsr_epi::SizeError> for FrameError {
+    fn from(error: llsr_epi::SizeError) -> Self {
+        Self::Size(error)
+    }
+}
+
+impl From<llsr_render_cache::Error> for FrameError {
+    fn from(error: llsr_render_cache::Error) -> Self {
+        Self::Cache(error)
+    }
+}
+
+/// Makes frames from edges and from the points that a shader has found so far (BWG03 section 3).
+///
+/// It shades nothing and starts no threads. Each frame takes three calls: [`take`](Self::take) what the shader answered,
+/// [`draw`](Self::draw), and hand the [`requests`](Self::requests) to the shader; [`LockstepRenderer`](crate::LockstepRenderer) does that
+/// with a shader that answers before the next frame. Between frames objects and lights may move.
+///
+/// The same calls give the same picture and requests, to the bit. After the first frames nothing is allocated.
+#[derive(Debug)]
+pub struct FrameRenderer {
+    viewport: Viewport,
+    settings: FrameSettings,
+    edges: SceneEdges,
+    /// For each object the last frame in which a sample met it.
+    seen: Vec<u64>,
+    lights: Vec<LightSpan>,
+    /// Did a light change since the last frame?
+    relit: bool,
+    store: PointStore,
+    points: PointImage,
+    priorities: Priorities,
+    chooser: Chooser,
+    prediction: Prediction,
+    image: EdgePointImage,
+    picture: Picture,
+    list: EdgeList,
+    scratch: Scratch,
+    /// The camera of the last frame, and where it seems to go.
+    camera: Camera,
+    ahead: Camera,
+    requests: Vec<ShadeRequest>,
+    next_id: u64,
+    report: FrameReport,
+    coming: Coming,
+    frame: u64,
+}
+
+/// What happened since the last frame.
+#[derive(Clone, Copy, Debug, Default)]
+struct Coming {
+    new_points: usize,
+    doubtful: usize,
+    /// Milliseconds of taking points in and of moving them.
+    points: f64,
+}
+
+/// Working memory.
+#[derive(Debug, Default)]
+struct Scratch {
+    visible: Vec<ObjectId>,
+    edges: SceneScratch,
+    found: SceneFound,
+    chosen: Vec<Request>,
+    ahead: Vec<Request>,
+    patch: PatchScratch,
+    /// Boxes in which something moved since the last frame.
+    swept: Vec<Bounds>,
+    shades: Vec<Shade>,
+}
+
+impl FrameRenderer {
+    /// A renderer of `scene` for pictures of a size; no point is known yet.
+    ///
+    /// # Errors
+    /// A size that is 0 or above [`llsr_epi::MAX_SIZE`].
+    ///
+    /// # Cost
+    /// That of [`SceneEdges::new`], and about 130 bytes a pixel.
+    pub fn new(scene: &Scene, viewport: Viewport, settings: FrameSettings) -> Result<Self, FrameError> {
+        let edges = SceneEdges::new(
+            scene,
+            &SceneEdgeOptions::with_crease_degrees(settings.crease_degrees),
+        );
+        let (width, height) = (viewport.width, viewport.height);
+        let capacity = (viewport.pixels() as f64 * f64::from(settings.points_per_pixel.max(0.0))) as usize;
+        let image = llsr_epi::Settings {
+            kernel: settings.kernel,
+            half_lines: settings.complex,
+            fallback: Vec3::ZERO,
+        };
+        Ok(Self {
+            viewport,
+            settings,
+            edges,
+            seen: vec![0; scene.objects.len()],
+            lights: scene.lights.iter().map(LightSpan::of).collect(),
+            relit: false,
+            image: EdgePointImage::new(width, height, image)?,
+            store: PointStore::new(capacity.clamp(1, llsr_render_cache::MAX_CAPACITY))?,
+            points: PointImage::new(width, height)?,
+            priorities: Priorities::new(width, height)?,
+            chooser: Chooser::new(width, height)?,
+            prediction: Prediction::new(width, height)?,
+            picture: Picture::new(width, height),
+            list: EdgeList::new(width, height),
+            scratch: Scratch::default(),
+            camera: Camera::outside(Vec3::ZERO, 1.0, viewport),
+            ahead: Camera::outside(Vec3::ZERO, 1.0, viewport),
+            requests: Vec::new(),
+            next_id: 0,
+            report: FrameReport::default(),
+            coming: Coming::default(),
+            frame: 0,
+        })
+    }
+
+    /// Size of the pictures.
+    pub fn viewport(&self) -> Viewport {
+        self.viewport
+    }
+
+    /// How frames are made.
+    pub fn settings(&self) -> &FrameSettings {
+        &self.settings
+    }
+
+    /// The last picture: reflected radiance, linear.
+    pub fn picture(&self) -> &Picture {
+        &self.picture
+    }
+
+    /// Edges, classes, samples and reachability of the last picture.
+    pub fn image(&self) -> &EdgePointImage {
+        &self.image
+    }
+
+    /// The points of the last picture.
+    pub fn points(&self) -> &PointImage {
+        &self.points
+    }
+
+    /// All points that are kept.
+    pub fn store(&self) -> &PointStore {
+        &self.store
+    }
+
+    /// View edges of the last picture (m, recentred frame).
+    pub fn view_edges(&self) -> &SceneFound {
+        &self.scratch.found
+    }
+
+    /// What the last picture was made of.
+    pub fn report(&self) -> &FrameReport {
+        &self.report
+    }
+
+    /// The rays that the last frame asks the shader to shade; ids are not used twice.
+    pub fn requests(&self) -> &[ShadeRequest] {
+        &self.requests
+    }
+
+    /// Takes in what a shader answered: points, the objects that it met and the shadows that it saw.
+    pub fn take(&mut self, points: &[ShadedPoint], met: &Encounters) {
+        let start = Instant::now();
+        for point in points {
+            let object = point.object.map_or(BACKGROUND, |id| id.0);
+            let new = Point {
+                position: point.position,
+                colour: point.colour,
+                albedo: point.albedo,
+                object,
+                lights: point.lights,
+            };
+            if self
+                .store
+                .insert(&new, &self.points, &self.settings.replacement)
+                .is_some()
+            {
+                self.coming.new_points += 1;
+            }
+            self.see(point.object);
+        }
+        for &object in &met.objects {
+            self.see(Some(object));
+        }
+        self.coming.points += milliseconds(start);
+    }
+
+    /// Follows objects and lights that moved; the shader must know of the same change.
+    ///
+    /// The points of an object move along. Those whose light the motion may change are asked for first and are gone after
+    /// [`FrameSettings::stale_frames`] frames: the object's own, those from which it was or is in the way of a light, and
+    /// for a light that moved all of them.
+    pub fn changed(&mut self, change: &SceneChange) {
+        let start = Instant::now();
+        for moved in &change.moves {
+            match moved.what {
+                MovedThing::Object(object) => {
+                    let transform = *change.world.transform(object);
+                    let motion = transform * self.edges.transform(object).inverse();
+                    self.edges.set_transform(object, transform);
+                    self.see(Some(object));
+                    self.store.move_object(object.0, &motion);
+                    let fate = self.doubt();
+                    self.coming.doubtful += self.store.invalidate_object(object.0, fate);
+                    // Both boxes apart: under fast motion much of what lies between them was never in the shade.
+                    let boxes = [moved.before, moved.after];
+                    self.scratch
+                        .swept
+                        .extend(boxes.into_iter().filter(|bounds| !bounds.is_empty()));
+                }
+                MovedThing::Light(light) => {
+                    self.lights[light.index()] = LightSpan::of(&change.world.lights()[light.index()]);
+                    self.relit = true;
+                }
+            }
+        }
+        self.coming.points += milliseconds(start);
+    }
+
+    /// Forgets all points, say after a change of materials.
+    pub fn forget(&mut self) {
+        self.store.clear();
+    }
+
+    /// Makes the next frame: the view of `camera`, and at most `samples` requests.
+    pub fn draw(&mut self, camera: &Camera, samples: usize) {
+        let mut watch = Watch::start();
+        let mut ms = StageTimes::default();
+        let matrix = camera.view_projection(self.viewport, NEAR);
+
+        self.doubt_points();
+        self.store.advance(1, u8::MAX - 1);
+        self.reproject(&matrix);
+        ms.points = watch.lap() + self.coming.points;
+
+        self.find_edges(camera);
+        ms.edges = watch.lap();
+
+        self.list.clear();
+        self.list.extend_world(&matrix, self.scratch.found.segments());
+        self.image.rasterize(&self.list, self.settings.occlusion);
+        self.image.classify();
+        ms.rasterize = watch.lap();
+
+        self.image.reach();
+        ms.reach = watch.lap();
+
+        self.image.interpolate(&mut self.picture);
+        let filled = self.image.fill(&mut self.picture, FILL_PASSES);
+        let (patched, holes) = patch(&mut self.picture, &mut self.scratch.patch);
+        ms.interpolate = watch.lap();
+
+        if self.settings.complex {
+            self.image.filter_complex(&mut self.picture, |_, _| Vec3::ONE);
+        }
+        ms.complex = watch.lap();
+
+        self.image.antialias(&mut self.picture);
+        ms.antialias = watch.lap();
+
+        self.ask(camera, samples);
+        ms.requests = watch.lap();
+
+        self.report = FrameReport {
+            frame: self.frame,
+            ms: StageTimes {
+                total: watch.total() + self.coming.points,
+                ..ms
+            },
+            silhouette_edges: self.scratch.found.len(),
+            shadow_edges: 0,
+            edges_in_picture: self.list.len(),
+            pixels: self.image.class_counts(),
+            points: self.points.counts(),
+            new_points: self.coming.new_points,
+            doubtful: self.coming.doubtful,
+            filled,
+            patched,
+            holes,
+        };
+        self.coming = Coming::default();
+        self.frame += 1;
+    }
+
+    fn see(&mut self, object: Option<ObjectId>) {
+        if let Some(seen) = object.and_then(|id| self.seen.get_mut(id.index())) {
+            *seen = self.frame;
+        }
+    }
+
+    /// What becomes of points whose colour may be wrong.
+    fn doubt(&self) -> Fate {
+        Fate::Expire(self.settings.stale_frames.clamp(1, 200))
+    }
+
+    /// Dates the points whose light may have changed since the last frame.
+    fn doubt_points(&mut self) {
+        let fate = self.doubt();
+        let Scratch { swept, shades, .. } = &mut self.scratch;
+        if std::mem::take(&mut self.relit) {
+            self.coming.doubtful += self.store.invalidate_positions(|_| true, fate);
+        } else if !swept.is_empty() {
+            shades.clear();
+            for span in &self.lights {
+                shades.extend(swept.iter().map(|&bounds| Shade::new(span, bounds)));
+            }
+            let shades = &*shades;
+            let affected = |p: Vec3| shades.iter().any(|shade| shade.covers(p));
+            self.coming.doubtful += self.store.invalidate_positions(affected, fate);
+        }
+        swept.clear();
+    }
+
+    fn reproject(&mut self, matrix: &Mat4) {
+        let (width, height) = (self.viewport.width, self.viewport.height);
+        let Ok(view) = View::new(matrix, width, height) else {
+            unreachable!("the size was checked when the image of points was made")
+        };
+        let density = self.points.counts().occupied as f32 / self.viewport.pixels() as f32;
+        let filter = DepthFilter::default().for_density(density);
+        self.points.reproject(&self.store, &view, &filter);
+        self.image.load_samples(SamplePlanes {
+            stride: self.points.stride(),
+            region: self.points.region_plane(),
+            depth: self.points.depth_plane(),
+            colour: self.points.colour_plane(),
+        });
+    }
+
+    fn find_edges(&mut self, camera: &Camera) {
+        let Scratch {
+            visible,
+            edges,
+            found,
+            ..
+        } = &mut self.scratch;
+        visible.clear();
+        let frame = self.frame;
+        let ids = (0..self.seen.len()).filter(|&i| frame - self.seen[i] <= VISIBLE_FRAMES);
+        visible.extend(ids.map(ObjectId::from));
+        let viewport = self.viewport;
+        self.edges.find(
+            SceneView::Picture { camera, viewport },
+            Some(visible),
+            edges,
+            found,
+        );
+    }
+
+    /// Chooses what to shade next.
+    fn ask(&mut self, camera: &Camera, samples: usize) {
+        let picture = &self.picture;
+        self.priorities
+            .update(&self.points, self.settings.ages, |y| picture.priorities(y));
+        let phase = (self.frame as f64 * GOLDEN).fract();
+        let (width, height) = (self.viewport.width, self.viewport.height);
+        self.requests.clear();
+
+        let frames = self.settings.ahead_frames;
+        let share = f64::from(self.settings.ahead_share.clamp(0.0, 1.0));
+        let most = (samples as f64 * share) as usize;
+        let moves = self.frame > 0 && extrapolate(&self.camera, camera, frames, &mut self.ahead);
+        if moves
+            && frames > 0
+            && most > 0
+            && let Ok(view) = View::new(&self.ahead.view_projection(self.viewport, NEAR), width, height)
+        {
+            let start = self.frame as usize;
+            self.prediction
+                .update(&self.store, &view, PREDICTION_SHARE, start, ENOUGH);
+            self.prediction.choose(most, phase, &mut self.scratch.ahead);
+            push_rays(
+                &self.ahead,
+                self.viewport,
+                &self.scratch.ahead,
+                (self.settings.seed, self.frame, &mut self.next_id),
+                &mut self.requests,
+            );
+        }
+        self.chooser.choose(
+            &mut self.priorities,
+            samples - self.requests.len(),
+            phase,
+            self.settings.latency,
+            &mut self.scratch.chosen,
+        );
+        push_rays(
+            camera,
+            self.viewport,
+            &self.scratch.chosen,
+            (self.settings.seed, self.frame, &mut self.next_id),
+            &mut self.requests,
+        );
+        self.camera.position = camera.position;
+        self.camera.axes = camera.axes;
+        self.camera.projection = camera.projection;
+    }
+}
+
+/// Rays through the chosen pixels, each through a place in its pixel that depends on seed, frame and pixel.
+fn push_rays(
+    camera: &Camera,
+    viewport: Viewport,
+    chosen: &[Request],
+    (seed, frame, next_id): (u64, u64, &mut u64),
+    out: &mut Vec<ShadeRequest>,
+) {
+    out.extend(chosen.iter().map(|request| {
+        let [dx, dy] = place(
+            seed ^ frame.wrapping_mul(0x9e37_79b9_7f4a_7c15),
+            request.x,
+            request.y,
+        );
+        let (origin, direction) = camera.ray(viewport, f64::from(request.x) + dx, f64::from(request.y) + dy);
+        *next_id += 1;
+        ShadeRequest {
+            id: *next_id - 1,
+            origin,
+            direction,
+        }
+    }));
+}
+
+/// A place in a pixel, away from its border so that rounding does not move the point to the next one.
+fn place(seed: u64, x: u32, y: u32) -> [f64; 2] {
+    // The finaliser of splitmix64 (Steele, Lea, Flood 2014).
+    let mut z = seed ^ (u64::from(x) << 32 | u64::from(y));
+    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    [z >> 32, z & 0xffff_ffff].map(|half| 0.02 + 0.96 * half as f64 / f64::from(u32::MAX))
+}
+
+/// Wall-clock times of consecutive parts.
+struct Watch {
+    start: Instant,
+    last: Instant,
+}
+
+impl Watch {
+    fn start() -> Self {
+        let start = Instant::now();
+        Self { start, last: start }
+    }
+
+    /// Milliseconds since the last lap.
+    fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        let lap = (now - self.last).as_secs_f64() * 1e3;
+        self.last = now;
+        lap
+    }
+
+    fn total(&self) -> f64 {
+        milliseconds(self.start)
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}

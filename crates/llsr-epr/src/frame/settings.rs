@@ -1,0 +1,121 @@
+//! How frames are made.
+
+use llsr_epi::{Kernel, Occlusion};
+use llsr_render_cache::{AgeRule, Replacement};
+
+/// How frames are made; the defaults suit 1% new samples a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameSettings {
+    /// Angle between the normals of two faces from which on their common edge is drawn (degrees, 0 to 180; BWG03 section 6.2).
+    pub crease_degrees: f64,
+    /// The interpolation filter.
+    pub kernel: Kernel,
+    /// Rebuild complex pixels in quarters (BWG03 section 5.4).
+    pub complex: bool,
+    /// Leave out edges that lie behind the points; `None` draws them all.
+    pub occlusion: Option<Occlusion>,
+    /// Points kept, in points a pixel; at least one point is kept.
+    pub points_per_pixel: f32,
+    /// Share of the requests that may go to where the camera will look, in [0, 1].
+    pub ahead_share: f32,
+    /// How many frames ahead that is; 0 asks for nothing ahead.
+    pub ahead_frames: u32,
+    /// Frames after which no point is left whose light may have changed when something moved; at least 1, at most 200.
+    pub stale_frames: u8,
+    /// Frames between a request and its answer, in which its pixel is not asked for again.
+    pub latency: u8,
+    /// How age turns into priority.
+    pub ages: AgeRule,
+    /// How new points take the place of old ones.
+    pub replacement: Replacement,
+    /// Seeds the places of samples within their pixels.
+    pub seed: u64,
+}
+
+impl Default for FrameSettings {
+    fn default() -> Self {
+        Self {
+            crease_degrees: 85.0,
+            kernel: Kernel::PEAKED,
+            complex: true,
+            occlusion: Some(Occlusion::default()),
+            points_per_pixel: 1.0,
+            ahead_share: 0.25,
+            ahead_frames: 8,
+            stale_frames: 12,
+            latency: 0,
+            ages: AgeRule::default(),
+            replacement: Replacement::default(),
+            seed: 0,
+        }
+    }
+}
+
+/// Milliseconds that each part of a frame took on the thread that made it (wall clock); the columns of BWG03's table 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageTimes {
+    /// Finding silhouettes and updating shadow edges.
+    pub edges: f64,
+    /// Drawing them into the pixels and classifying these.
+    pub rasterize: f64,
+    /// Taking new points in, ageing and reprojecting all.
+    pub points: f64,
+    /// What reaches what.
+    pub reach: f64,
+    /// Interpolation, and passing colours on to pixels that reach no point.
+    pub interpolate: f64,
+    /// Blending both sides of edges.
+    pub antialias: f64,
+    /// Rebuilding complex pixels.
+    pub complex: f64,
+    /// Priorities and the choice of requests.
+    pub requests: f64,
+    /// Everything, these parts and what lies between them.
+    pub total: f64,
+}
+
+impl StageTimes {
+    /// Names and values, in the order of a frame.
+    pub fn named(&self) -> [(&'static str, f64); 9] {
+        [
+            ("edges", self.edges),
+            ("rasterize", self.rasterize),
+            ("points", self.points),
+            ("reach", self.reach),
+            ("interpolate", self.interpolate),
+            ("antialias", self.antialias),
+            ("complex", self.complex),
+            ("requests", self.requests),
+            ("total", self.total),
+        ]
+    }
+}
+
+/// What one frame was made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameReport {
+    /// Number of the frame, from 0.
+    pub frame: u64,
+    /// How long it took.
+    pub ms: StageTimes,
+    /// View edges drawn: silhouettes, creases, boundaries and outlines of primitives.
+    pub silhouette_edges: usize,
+    /// Shadow edges drawn.
+    pub shadow_edges: usize,
+    /// Edges of either kind of which a part lies in the picture.
+    pub edges_in_picture: usize,
+    /// Pixels without an edge, with one, and others.
+    pub pixels: llsr_epi::ClassCounts,
+    /// Pixels with a point, and pixels whose point shone through something nearer.
+    pub points: llsr_render_cache::Counts,
+    /// Points taken in since the last frame.
+    pub new_points: usize,
+    /// Points that a moving object or light put in doubt since the last frame.
+    pub doubtful: usize,
+    /// Pixels that reached no point and were coloured by what they reach.
+    pub filled: usize,
+    /// Pixels that got the colour of their surroundings because nothing that they reach has one.
+    pub patched: usize,
+    /// Pixels without any colour: none as soon as there is one point.
+    pub holes: usize,
+}
