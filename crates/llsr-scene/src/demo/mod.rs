@@ -5,9 +5,16 @@
 //! assert_eq!(scene.lights.len(), 1);
 //! ```
 
+mod bars;
+mod chains;
+mod contact;
 mod floor;
+mod pattern;
+mod rooms;
+mod solid;
 mod sphere;
 mod subway;
+mod tea_stand;
 
 use crate::Scene;
 
@@ -57,6 +64,31 @@ pub const DEMOS: &[Demo] = &[
         about: "a triangulated patch, a cube and a cone that shade a sphere (fig. 1)",
         make: sphere::sphere_and_friends,
     },
+    Demo {
+        name: "rooms",
+        about: "four textured rooms with six tubes, to walk through (Bala et al. 2003, fig. 12)",
+        make: rooms::rooms,
+    },
+    Demo {
+        name: "chains",
+        about: "interlocking tori of 73,728 triangles under two tubes (fig. 7)",
+        make: chains::chains,
+    },
+    Demo {
+        name: "torus-capsule",
+        about: "a torus that leans on a capsule: shadows that harden at the contact (fig. 9)",
+        make: contact::torus_capsule,
+    },
+    Demo {
+        name: "tea-stand",
+        about: "wrought stands with china: fine geometry and its shadows (fig. 10)",
+        make: tea_stand::tea_stand,
+    },
+    Demo {
+        name: "bars",
+        about: "a tube over 64 bars: many changes of visibility",
+        make: bars::bars,
+    },
 ];
 
 /// Makes the built-in scene of that name.
@@ -65,57 +97,4 @@ pub fn build(name: &str) -> Option<Scene> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Geometry, Light};
-
-    #[test]
-    fn every_demo_is_well_formed() {
-        for demo in DEMOS {
-            let scene = demo.build();
-            assert_eq!(scene.name, demo.name, "the scene carries its name");
-            assert!(
-                !scene.cameras.is_empty() && !scene.lights.is_empty(),
-                "{}: camera and light",
-                demo.name
-            );
-            for mesh in &scene.meshes {
-                assert!(mesh.is_valid(), "{}: mesh {}", demo.name, mesh.name);
-                let material_ok = mesh.materials.iter().all(|m| m.index() < scene.materials.len());
-                assert!(material_ok, "{}: materials of {}", demo.name, mesh.name);
-            }
-            for object in &scene.objects {
-                if let Geometry::Primitive(primitive) = object.geometry {
-                    assert!(primitive.shape.is_valid(), "{}: {}", demo.name, object.name);
-                }
-            }
-            for light in &scene.lights {
-                let Light::Linear(light) = light else { continue };
-                assert!(
-                    light.length() > 0.0 && light.flux > 0.0,
-                    "{}: light {}",
-                    demo.name,
-                    light.name
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn the_cylinder_scene_has_the_measures_of_the_paper() {
-        let scene = build("cylinder-2").expect("built in");
-        let Light::Linear(light) = &scene.lights[0] else {
-            panic!("the light is linear")
-        };
-        assert!((light.length() - 50.0).abs() < 1e-12, "length 50");
-        let middle = light.point(0.5);
-        assert!(
-            (middle.length() - 21.0).abs() < 1e-12,
-            "21 units from the foot of the cylinder"
-        );
-        assert!(
-            (middle.y / middle.length() - 0.5f64.sqrt()).abs() < 1e-12,
-            "at 45 degrees"
-        );
-    }
-}
+mod tests;
