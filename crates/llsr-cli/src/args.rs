@@ -200,8 +200,14 @@ pub(crate) enum Skip {
     Horizon,
     /// Cutting lights at the horizon
     Clip,
+    /// Lights without power
+    Power,
     /// Subtrees that hide nothing new from a fan query
     Prune,
+    /// Proofs for blocks of pixels of what lies between them and a light
+    Tiles,
+    /// Boxes that a fan misses: everything in the scene is asked (slow but for small scenes)
+    Boxes,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

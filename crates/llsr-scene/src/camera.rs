@@ -128,16 +128,19 @@ impl Camera {
     /// Origin and unit direction of the ray through picture position (`x`, `y`) in pixels; (0, 0) is the upper
     /// left corner and (0.5, 0.5) the centre of the first pixel.
     ///
-    /// Rays of an orthographic camera start in the plane of its position.
+    /// Rays of an orthographic camera start in the plane of its position. For many rays prepare [`rays`](Self::rays).
     pub fn ray(&self, viewport: Viewport, x: f64, y: f64) -> (DVec3, DVec3) {
-        let (half_x, half_y) = self.half_extent(viewport);
-        let u = (2.0 * x / f64::from(viewport.width) - 1.0) * half_x;
-        let v = (1.0 - 2.0 * y / f64::from(viewport.height)) * half_y;
-        match self.projection {
-            Projection::Perspective(_) => (self.position, (self.axes * DVec3::new(u, v, -1.0)).normalize()),
-            Projection::Orthographic { .. } => {
-                (self.position + self.axes * DVec3::new(u, v, 0.0), self.forward())
-            }
+        self.rays(viewport).ray(x, y)
+    }
+
+    /// The rays of a picture, prepared.
+    pub fn rays(&self, viewport: Viewport) -> CameraRays {
+        CameraRays {
+            position: self.position,
+            axes: self.axes,
+            half: self.half_extent(viewport),
+            size: (f64::from(viewport.width), f64::from(viewport.height)),
+            perspective: matches!(self.projection, Projection::Perspective(_)),
         }
     }
 
@@ -194,5 +197,37 @@ impl Camera {
         let center = center.as_dvec3();
         let eye = center + DVec3::new(1.0, 0.6, 1.0).normalize() * distance;
         Self::look_at("outside", eye, center, DVec3::Y, FieldOfView::Vertical(angle))
+    }
+}
+
+/// The rays of a camera through a picture of a given size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRays {
+    position: DVec3,
+    axes: DMat3,
+    half: (f64, f64),
+    size: (f64, f64),
+    perspective: bool,
+}
+
+impl CameraRays {
+    /// Origin and unit direction of the ray through a picture position, as [`Camera::ray`] has them.
+    #[inline]
+    pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
+        let u = (2.0 * x / self.size.0 - 1.0) * self.half.0;
+        let v = (1.0 - 2.0 * y / self.size.1) * self.half.1;
+        if self.perspective {
+            (self.position, (self.axes * DVec3::new(u, v, -1.0)).normalize())
+        } else {
+            (
+                self.position + self.axes * DVec3::new(u, v, 0.0),
+                -self.axes.z_axis,
+            )
+        }
+    }
+
+    /// The point that all rays start from; `None` for parallel rays.
+    pub fn eye(&self) -> Option<DVec3> {
+        self.perspective.then_some(self.position)
     }
 }

@@ -33,7 +33,7 @@ mod texture;
 
 pub use adjacency::{Adjacency, Edge, NO_FACE, Weld};
 pub use bounds::Bounds;
-pub use camera::{Camera, FieldOfView, Projection, Viewport};
+pub use camera::{Camera, CameraRays, FieldOfView, Projection, Viewport};
 pub use ids::{LightId, MaterialId, MeshId, ObjectId, TextureId, Triple};
 pub use light::{AreaLight, AreaShape, EmissionLaw, Light, LinearLight, PhotometricUnit, PointLight};
 pub use material::{Material, TextureUse};

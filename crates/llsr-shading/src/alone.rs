@@ -69,6 +69,7 @@ impl DirectLight<'_> {
             let mut work = Work {
                 at,
                 split: 1,
+                shaft: None,
                 rng,
                 blockers: blockers.as_deref_mut(),
                 scratch: &mut *scratch,

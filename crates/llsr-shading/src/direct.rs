@@ -9,7 +9,7 @@ use llsr_quadrature::{
 use llsr_rsb::{Method as Bisection, Stop, uniform};
 use llsr_scene::{Light, LightId, ObjectId, Scene};
 use llsr_tdf::{ChangeCoherence, Coherence, Finder, FinderScratch, Shift, Tdf, TdfScratch};
-use llsr_tracer::{FanQuery, FanScratch, Tracer};
+use llsr_tracer::{FanQuery, FanScratch, Shaft, Sight, Tracer};
 use llsr_visibility::{Bracket, Certificate, Counting, Panel, Partition, Visibility};
 use rand_pcg::Pcg64Mcg;
 
@@ -171,6 +171,16 @@ impl<'a> DirectLight<'a> {
     /// If there is no such light.
     pub fn set_light(&mut self, id: LightId, light: &Light) {
         self.lights.to_mut().set(id, light);
+    }
+
+    /// Whether visibility is asked of fans, at least at first.
+    pub(crate) fn asks_fans(&self) -> bool {
+        matches!(self.settings.method, Method::Auto | Method::Exact)
+    }
+
+    /// Points whose convex hull holds the light.
+    pub(crate) fn hull(&self, light: LightId) -> &[DVec3] {
+        &self.lights.hulls[light.index()]
     }
 
     /// Number of lights of the scene.
@@ -398,9 +408,28 @@ impl<'a> DirectLight<'a> {
         let Scratch {
             fan, mapped, visible, ..
         } = &mut *work.scratch;
-        let report = self.tracer.fan(&query, fan, mapped);
-        work.statistics.fans.count(&report);
         visible.clear();
+        let sight = work.shaft.map_or(Sight::Unknown, Shaft::sight);
+        match sight {
+            Sight::Clear => {
+                work.statistics.skipped.clear_blocks += 1;
+                visible.push(Panel::exact(stretch.inside(query.t0), stretch.inside(query.t1)));
+                return true;
+            }
+            Sight::Blocked => {
+                work.statistics.skipped.hidden_blocks += 1;
+                return true;
+            }
+            _ => {}
+        }
+        let report = match work.shaft {
+            Some(shaft) => {
+                work.statistics.fans.in_shaft += 1;
+                self.tracer.fan_in_shaft(&query, shaft, fan, mapped)
+            }
+            None => self.tracer.fan(&query, fan, mapped),
+        };
+        work.statistics.fans.count(&report);
         visible.set_certificate(mapped.certificate());
         for panel in mapped.panels() {
             visible.push(Panel::exact(
@@ -609,6 +638,8 @@ pub(crate) struct Work<'a> {
     pub(crate) at: Pixel,
     /// Parts of each line that a search for few changes searches on their own; 1 is the rule.
     pub(crate) split: u32,
+    /// What is known about the light and the pixels around.
+    pub(crate) shaft: Option<&'a Shaft>,
     pub(crate) rng: Pcg64Mcg,
     /// Where the objects go that hide something of the light, if they are asked for.
     pub(crate) blockers: Option<&'a mut Vec<ObjectId>>,

@@ -17,10 +17,42 @@ pub(crate) enum Source {
     Disc(DiscLight),
 }
 
+impl Source {
+    /// Points whose convex hull holds all lines that can stand for the light.
+    pub(crate) fn hull(&self) -> Vec<DVec3> {
+        // The lines are rounded.
+        const MARGIN: f64 = 1.0 + 1e-9;
+        let around = |center: DVec3, u: DVec3, v: DVec3| {
+            [u + v, u - v, v - u, -u - v].map(|offset| center + offset * MARGIN)
+        };
+        match *self {
+            Self::Dark => Vec::new(),
+            Self::Point { position, .. } => vec![position],
+            Self::Line(line) => vec![line.a, line.b],
+            Self::Tube(TubeLight { a, b, radius, .. }) => {
+                let (u, v) = (b - a).normalize_or(DVec3::X).any_orthonormal_pair();
+                let ends = [a, b].map(|end| around(end, u * radius, v * radius));
+                ends.concat()
+            }
+            Self::Rect(RectLight {
+                corner,
+                along,
+                across,
+                ..
+            }) => around(corner + 0.5 * (along + across), 0.5 * along, 0.5 * across).to_vec(),
+            Self::Disc(DiscLight { center, u, v, .. }) => around(center, u, v).to_vec(),
+        }
+    }
+}
+
 /// What [`DirectLight`](crate::DirectLight) knows of lights and materials, worked out once for many points.
 #[derive(Clone, Debug)]
 pub struct PreparedLights {
     pub(crate) sources: Vec<Source>,
+    /// Points around each light.
+    pub(crate) hulls: Vec<Vec<DVec3>>,
+    /// Lights without power are searched like the others.
+    dark_too: bool,
     /// Nodes and weights of the Gauss rule on [0, 1], for [`Method::Gauss`].
     pub(crate) gauss: (Vec<f64>, Vec<f64>),
     /// Nodes and weights on [0, 1] of the lines that stand for a light with an area.
@@ -37,8 +69,12 @@ impl PreparedLights {
         } else {
             (Vec::new(), Vec::new())
         };
+        let dark_too = settings.wasteful.power;
+        let sources: Vec<Source> = lights.iter().map(|light| source(light, dark_too)).collect();
         Self {
-            sources: lights.iter().map(source).collect(),
+            hulls: sources.iter().map(Source::hull).collect(),
+            sources,
+            dark_too,
             gauss,
             stack: GaussRule::new(settings.light_lines as usize).iter().collect(),
             roughness: materials.iter().map(|m| f64::from(m.roughness)).collect(),
@@ -50,12 +86,14 @@ impl PreparedLights {
     /// # Panics
     /// If there is no such light.
     pub fn set(&mut self, id: LightId, light: &Light) {
-        self.sources[id.index()] = source(light);
+        let source = source(light, self.dark_too);
+        self.hulls[id.index()] = source.hull();
+        self.sources[id.index()] = source;
     }
 }
 
-fn source(light: &Light) -> Source {
-    if light.flux() <= 0.0 {
+fn source(light: &Light, dark_too: bool) -> Source {
+    if light.flux() <= 0.0 && !dark_too {
         return Source::Dark;
     }
     match light {

@@ -8,6 +8,7 @@ mod blockers;
 mod direct;
 mod film;
 mod lamps;
+mod paint;
 mod random;
 mod render;
 mod search;
@@ -26,5 +27,5 @@ pub use shader::{
     DirectShader, Encounters, MovedThing, Place, PlaceError, SceneChange, SceneMove, ShadeRequest,
     ShadedPoint, Shader, ShaderError, ShaderScratch, World,
 };
-pub use statistics::{FanCounts, HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
+pub use statistics::{BlockCounts, FanCounts, HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
 pub use surface::SurfacePoint;

@@ -104,6 +104,12 @@ pub struct Wasteful {
     pub clip: bool,
     /// Visit subtrees that hide nothing new.
     pub prune: bool,
+    /// Search lights without power.
+    pub power: bool,
+    /// Find out for each pixel on its own what lies between it and a light, instead of for blocks of pixels.
+    pub tiles: bool,
+    /// Ask fans about everything in the scene, whether or not its box meets the fan: for small scenes only.
+    pub boxes: bool,
 }
 
 /// What to compute for each pixel.

@@ -1,7 +1,7 @@
 //! What a rendering did, counted.
 
 use llsr_tdf::{Answer, TdfReport};
-use llsr_tracer::FanReport;
+use llsr_tracer::{FanReport, Sight};
 
 /// Number of discontinuities from which on all are counted together.
 pub const HISTOGRAM_LEN: usize = 17;
@@ -26,6 +26,46 @@ pub struct Skipped {
     pub no_power: u64,
     /// The light is cut at the horizon before it is searched.
     pub horizon_clipped: u64,
+    /// Nothing lies between the light and a block of pixels: all of it is seen, and no query is asked.
+    pub clear_blocks: u64,
+    /// One surface hides the whole light from a block of pixels: no query is asked.
+    pub hidden_blocks: u64,
+}
+
+/// What was found between lights and blocks of eight by eight pixels, in pairs of block and light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BlockCounts {
+    /// Nothing.
+    pub clear: u64,
+    /// One surface that hides all of the light.
+    pub hidden: u64,
+    /// A few things, which alone are asked about.
+    pub among: u64,
+    /// Too many things; each pixel asks the whole scene.
+    pub unknown: u64,
+}
+
+impl BlockCounts {
+    pub(crate) fn count(&mut self, sight: Sight) {
+        match sight {
+            Sight::Clear => self.clear += 1,
+            Sight::Blocked => self.hidden += 1,
+            Sight::Among => self.among += 1,
+            Sight::Unknown => self.unknown += 1,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.clear += other.clear;
+        self.hidden += other.hidden;
+        self.among += other.among;
+        self.unknown += other.unknown;
+    }
+
+    /// Pairs of block and light that were looked at.
+    pub fn tested(&self) -> u64 {
+        self.clear + self.hidden + self.among + self.unknown
+    }
 }
 
 /// Counts of the two-discontinuity finder by the number P of changes of the pixel before (0, 1 or 2).
@@ -89,6 +129,8 @@ pub struct FanCounts {
     pub queries: u64,
     /// Queries that met no triangle and no primitive.
     pub empty: u64,
+    /// Queries about the few things that lie between the light and a block of pixels.
+    pub in_shaft: u64,
     /// Queries whose budget was spent, so that a search took over.
     pub over_budget: u64,
     /// Nodes, blocks and shapes visited.
@@ -111,6 +153,7 @@ impl FanCounts {
     fn add(&mut self, other: &Self) {
         self.queries += other.queries;
         self.empty += other.empty;
+        self.in_shaft += other.in_shaft;
         self.over_budget += other.over_budget;
         self.visits += other.visits;
         self.pruned_blocked += other.pruned_blocked;
@@ -143,6 +186,8 @@ pub struct Statistics {
     pub fans: FanCounts,
     /// Pixels that were rendered again because the irradiance varies much around them.
     pub refined: u64,
+    /// What was found for blocks of pixels.
+    pub blocks: BlockCounts,
     /// Pairs left out.
     pub skipped: Skipped,
 }
@@ -161,6 +206,7 @@ impl Default for Statistics {
             tdf: TdfCounts::default(),
             fans: FanCounts::default(),
             refined: 0,
+            blocks: BlockCounts::default(),
             skipped: Skipped::default(),
         }
     }
@@ -199,5 +245,8 @@ impl Statistics {
         self.skipped.below_horizon += other.skipped.below_horizon;
         self.skipped.no_power += other.skipped.no_power;
         self.skipped.horizon_clipped += other.skipped.horizon_clipped;
+        self.skipped.clear_blocks += other.skipped.clear_blocks;
+        self.skipped.hidden_blocks += other.skipped.hidden_blocks;
+        self.blocks.add(&other.blocks);
     }
 }

@@ -83,6 +83,14 @@ impl TriangleBlock {
         Vec3::new(x[place], y[place], z[place])
     }
 
+    /// The places of the corners of a triangle below [`BLOCK`].
+    #[inline(always)]
+    pub(crate) fn places(&self, lane: usize) -> [usize; 3] {
+        let lane = lane & (BLOCK - 1);
+        let [a, b, c] = &self.corners;
+        [a[lane].into(), b[lane].into(), c[lane].into()]
+    }
+
     /// The corners of a used triangle.
     #[inline]
     pub(crate) fn triangle(&self, lane: usize) -> [Vec3; 3] {

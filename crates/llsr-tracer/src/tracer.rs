@@ -581,6 +581,11 @@ impl Tracer {
         Some((&part.geometry, part.placement.as_ref()))
     }
 
+    /// A hit of the geometry of a tracer whose only part is in the scene's frame, completed.
+    pub(crate) fn complete(&self, closest: &Closest) -> Hit {
+        self.parts[0].hit(closest)
+    }
+
     /// The geometry of a tracer whose only part is in the scene's frame.
     pub(crate) fn only_geometry(&self) -> Option<&Geometry> {
         match self.parts.as_slice() {

@@ -208,7 +208,7 @@ pub(crate) fn closest<S: Simd>(
 }
 
 /// Whether the surface `id` wins against an equally near one.
-fn comes_first(geometry: &Geometry, best: Option<Closest>, id: TriangleId) -> bool {
+pub(crate) fn comes_first(geometry: &Geometry, best: Option<Closest>, id: TriangleId) -> bool {
     match best {
         None => true,
         Some(Closest::Triangle { id: other, .. }) => id < other,

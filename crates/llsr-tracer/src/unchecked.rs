@@ -23,8 +23,14 @@ impl Plane {
     /// That plane of each child.
     #[inline(always)]
     pub(crate) fn of(self, node: &WideNode) -> &[f32; WIDTH] {
+        self.pick(&node.bounds)
+    }
+
+    /// That one of six planes.
+    #[inline(always)]
+    pub(crate) fn pick<T>(self, planes: &[T; 6]) -> &T {
         // SAFETY: the only constructor makes indices below 6.
-        unsafe { node.bounds.get_unchecked(usize::from(self.0)) }
+        unsafe { planes.get_unchecked(usize::from(self.0)) }
     }
 }
 
@@ -43,6 +49,12 @@ impl Axis {
     pub(crate) fn of<T>(self, vector: &[T; 3]) -> &T {
         // SAFETY: the only constructor makes indices below 3.
         unsafe { vector.get_unchecked(usize::from(self.0)) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of_mut<T>(self, vector: &mut [T; 3]) -> &mut T {
+        // SAFETY: as above.
+        unsafe { vector.get_unchecked_mut(usize::from(self.0)) }
     }
 }
 

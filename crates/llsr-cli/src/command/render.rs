@@ -264,16 +264,24 @@ fn shading_settings(args: &RenderArgs, common: &Common, layers: Vec<Layer>) -> S
         samples: args.samples,
         spp: args.spp,
         share: !args.no_skip.contains(&args::Skip::Share),
-        wasteful: Wasteful {
-            horizon: args.no_skip.contains(&args::Skip::Horizon),
-            clip: args.no_skip.contains(&args::Skip::Clip),
-            prune: args.no_skip.contains(&args::Skip::Prune),
-        },
+        wasteful: wasteful(args),
         light_lines: args.light_lines,
         glossy: args.shader == args::Shader::Glossy,
         refine: args.refine.is_some(),
         seed: common.seed,
         layers,
+    }
+}
+
+fn wasteful(args: &RenderArgs) -> Wasteful {
+    let asked = |kind| args.no_skip.contains(&kind);
+    Wasteful {
+        horizon: asked(args::Skip::Horizon),
+        clip: asked(args::Skip::Clip),
+        prune: asked(args::Skip::Prune),
+        power: asked(args::Skip::Power),
+        tiles: asked(args::Skip::Tiles),
+        boxes: asked(args::Skip::Boxes),
     }
 }
 
@@ -324,12 +332,22 @@ pub(crate) fn statistics_json(statistics: &Statistics) -> Value {
             "over_budget": statistics.fans.over_budget,
             "polished": statistics.fans.polished,
             "visits": statistics.fans.visits,
+            "in_shaft": statistics.fans.in_shaft,
+        },
+        "blocks": {
+            "tested": statistics.blocks.tested(),
+            "clear": statistics.blocks.clear,
+            "hidden": statistics.blocks.hidden,
+            "among": statistics.blocks.among,
+            "unknown": statistics.blocks.unknown,
         },
         "discontinuity_histogram": histogram[..used],
         "skipped": {
             "below_horizon": statistics.skipped.below_horizon,
             "no_power": statistics.skipped.no_power,
             "horizon_clipped": statistics.skipped.horizon_clipped,
+            "clear_blocks": statistics.skipped.clear_blocks,
+            "hidden_blocks": statistics.skipped.hidden_blocks,
             "empty_fans": statistics.fans.empty,
             "pruned_subtrees": statistics.fans.pruned_blocked,
         },

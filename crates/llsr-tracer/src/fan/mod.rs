@@ -21,6 +21,7 @@
 
 mod boxes;
 mod gaps;
+mod listed;
 mod plane;
 mod query;
 mod shapes;

@@ -63,7 +63,7 @@ pub struct FanReport {
 }
 
 impl FanReport {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             nodes: 0,
             blocks: 0,

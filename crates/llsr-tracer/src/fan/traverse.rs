@@ -232,6 +232,44 @@ fn walk<S: Simd>(
     }
 }
 
+/// Asks each of `leaves`, blocks with the triangles in question and shapes, until nothing is visible any more.
+#[inline(always)]
+pub(super) fn walk_leaves<S: Simd>(
+    s: S,
+    geometry: &Geometry,
+    fan: &FanPlane,
+    filter: bool,
+    leaves: impl Iterator<Item = (ChildRef, u32)>,
+    gaps: &mut Gaps,
+    report: &mut FanReport,
+) {
+    let filter = if filter {
+        Some(BoxFilter::new(fan, &geometry.tree.bounds, gaps.hull()))
+    } else {
+        None
+    };
+    for (at, mut lanes) in leaves {
+        if gaps.is_empty() {
+            return;
+        }
+        if !at.is_block() {
+            report.shapes += 1;
+            block_shape(&geometry.shapes[at.index()], fan.p, fan.a, fan.b, gaps);
+            continue;
+        }
+        report.blocks += 1;
+        let block = &geometry.blocks[at.index()];
+        if let Some(filter) = &filter {
+            lanes &= filter.cuts(s, block);
+        }
+        while lanes != 0 {
+            let lane = (lanes.trailing_zeros() & 15) as usize;
+            lanes &= lanes - 1;
+            block_by_triangle(fan, block.triangle(lane), gaps, report);
+        }
+    }
+}
+
 const WIDTH_U32: u32 = crate::build::WIDTH as u32;
 
 /// Blocks what a triangle hides.
