@@ -160,7 +160,7 @@ fn within(outline: &[DVec3], corners: &[DVec3; 8], light: &[DVec3]) -> bool {
                 if sign == 0.0 {
                     sign = passes;
                 }
-                if !(passes * sign > 0.0) {
+                if passes * sign <= 0.0 {
                     return false;
                 }
             }
