@@ -23,6 +23,7 @@ pub use plain::{PlainStatistics, PlainTree};
 pub use real::Real;
 pub use slices::IntervalSlices;
 pub use tree::{
-    Instructions, Plane, PlaneScan, PlaneTree, QueryScratch, QueryStatistics, Select, TreeOptions,
+    FaceScratch, FaceStatistics, FaceTree, Instructions, Plane, PlaneScan, PlaneTree, QueryScratch,
+    QueryStatistics, Select, TreeOptions, Wedge,
 };
 pub use vector::IntervalVec3;

@@ -9,12 +9,14 @@
 //! exact test of the caller's, so the answer is that of testing every item exactly.
 
 mod blocks;
+mod faces;
 mod hierarchy;
 mod kernel;
 mod order;
 mod plane;
 mod scan;
 
+pub use faces::{FaceScratch, FaceStatistics, FaceTree, Wedge};
 pub use kernel::Instructions;
 pub use plane::Plane;
 pub use scan::PlaneScan;

@@ -1,0 +1,186 @@
+//! The two inner loops of a face query.
+#![cfg_attr(
+    target_arch = "x86_64",
+    expect(
+        unsafe_code,
+        reason = "calls of copies compiled for instructions that were asked for"
+    )
+)]
+
+use super::super::blocks::View;
+use super::super::hierarchy::{BoundsLanes, LANES, PlaneLanes};
+use super::super::kernel::Instructions;
+use super::FaceBlock;
+use super::registers::{Portable, Register};
+
+/// A query's linear forms in the tree's frame, with coefficients of at most 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Forms {
+    /// The wedge's plane, and the planes that bound it, positive inside.
+    pub(super) planes: [[f32; 4]; 3],
+    /// Viewers; a face that turns away from each is not wanted. None: all are wanted.
+    pub(super) views: [Option<View>; 2],
+    /// Bounds the rounding errors of a form's value.
+    pub(super) pad: f32,
+}
+
+/// For each node of `frontier`, the children that may hold a face of interest; lanes without a child give
+/// arbitrary bits.
+pub(super) fn test_nodes(
+    instructions: Instructions,
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &Forms,
+    masks: &mut Vec<u16>,
+) {
+    masks.clear();
+    match instructions {
+        // SAFETY: `Instructions` other than portable are used only where they are available.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx512 => unsafe { nodes_avx512(planes, bounds, frontier, forms, masks) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx2 => unsafe { nodes_avx2(planes, bounds, frontier, forms, masks) },
+        _ => nodes::<Portable>(planes, bounds, frontier, forms, masks),
+    }
+}
+
+/// For each block of `list`, the faces that may meet the wedge; lanes without a face give arbitrary bits.
+pub(super) fn scan_blocks(
+    instructions: Instructions,
+    blocks: &[FaceBlock],
+    list: &[u32],
+    forms: &Forms,
+    masks: &mut Vec<u16>,
+) {
+    masks.clear();
+    match instructions {
+        // SAFETY: `Instructions` other than portable are used only where they are available.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx512 => unsafe { blocks_avx512(blocks, list, forms, masks) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx2 => unsafe { blocks_avx2(blocks, list, forms, masks) },
+        _ => scan::<Portable>(blocks, list, forms, masks),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn nodes_avx512(
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &Forms,
+    masks: &mut Vec<u16>,
+) {
+    nodes::<super::registers::Avx512>(planes, bounds, frontier, forms, masks);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn nodes_avx2(
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &Forms,
+    masks: &mut Vec<u16>,
+) {
+    nodes::<super::registers::Avx2>(planes, bounds, frontier, forms, masks);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn blocks_avx512(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
+    scan::<super::registers::Avx512>(blocks, list, forms, masks);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn blocks_avx2(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
+    scan::<super::registers::Avx2>(blocks, list, forms, masks);
+}
+
+/// The larger (or smaller) end of a form over the boxes of all children.
+#[inline(always)]
+fn extreme<R: Register>(form: &[f32; 4], low: &[[f32; LANES]; 3], high: &[[f32; LANES]; 3]) -> R {
+    let mut sum = R::splat(form[3]);
+    for axis in 0..3 {
+        let end = if form[axis] >= 0.0 { high } else { low };
+        sum = R::load(&end[axis]).mul_add(R::splat(form[axis]), sum);
+    }
+    sum
+}
+
+#[inline(always)]
+fn nodes<R: Register>(
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &Forms,
+    masks: &mut Vec<u16>,
+) {
+    let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
+    for &node in frontier {
+        let BoundsLanes { min, max } = &bounds[node as usize];
+        let [plane, sides @ ..] = &forms.planes;
+        let mut out = below.exceeds(extreme::<R>(plane, min, max));
+        out |= extreme::<R>(plane, max, min).exceeds(above);
+        for side in sides {
+            out |= below.exceeds(extreme::<R>(side, min, max));
+        }
+        if let [_, Some(_)] = forms.views {
+            let lanes = &planes[node as usize];
+            let mut away = u16::MAX;
+            for view in forms.views.iter().flatten() {
+                let mut most = R::splat(0.0);
+                for (k, &coefficient) in view.iter().enumerate() {
+                    let end = if coefficient >= 0.0 {
+                        &lanes.hi[0]
+                    } else {
+                        &lanes.lo[0]
+                    };
+                    most = R::load(&end[k]).mul_add(R::splat(coefficient), most);
+                }
+                away &= below.exceeds(most);
+            }
+            out |= away;
+        }
+        masks.push(!out);
+    }
+}
+
+#[inline(always)]
+fn scan<R: Register>(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
+    let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
+    for (i, &index) in list.iter().enumerate() {
+        if let Some(&later) = list.get(i + 6) {
+            R::prefetch(&blocks[later as usize]);
+        }
+        let corners = &blocks[index as usize].corners;
+        let [plane, sides @ ..] = &forms.planes;
+        let value = |form: &[f32; 4], corner: &[[f32; LANES]; 3]| {
+            let mut sum = R::splat(form[3]);
+            for axis in 0..3 {
+                sum = R::load(&corner[axis]).mul_add(R::splat(form[axis]), sum);
+            }
+            sum
+        };
+        let (mut all_above, mut all_below) = (u16::MAX, u16::MAX);
+        for corner in corners {
+            let height = value(plane, corner);
+            all_above &= height.exceeds(above);
+            all_below &= below.exceeds(height);
+        }
+        let mut out = all_above | all_below;
+        for side in sides {
+            let mut outside = u16::MAX;
+            for corner in corners {
+                outside &= below.exceeds(value(side, corner));
+            }
+            out |= outside;
+        }
+        masks.push(!out);
+    }
+}
