@@ -1,11 +1,17 @@
 //! Silhouettes, creases and shadow edges of linear lights.
 //!
-//! [`MeshEdges`] prepares one mesh, [`SceneEdges`] a whole scene with its instances and primitives.
+//! [`MeshEdges`] prepares one mesh, [`SceneEdges`] a whole scene with its instances and primitives. [`ShadowEdges`] are
+//! found in a [`ShadowScene`], which can take the edges of the meshes from either.
 
 mod mesh;
+mod shadow;
 mod view;
 
 pub use mesh::{EdgeOptions, EdgeReport, EdgeScratch, FoundEdges, InvalidMesh, MeshEdges};
+pub use shadow::{
+    ImportanceReport, ShadowEdge, ShadowEdges, ShadowKind, ShadowLight, ShadowMesh, ShadowObject,
+    ShadowOptions, ShadowScene, ShadowSource, ShadowStatistics,
+};
 pub use view::{
     EdgeClass, EdgeRun, EdgeWarning, Eye, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView,
     ViewedEdge, outline, outline_chords,

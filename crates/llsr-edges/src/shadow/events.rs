@@ -1,0 +1,197 @@
+//! Shadow events: the wedges in which the visible part of a light changes its kind.
+//!
+//! A VE event is the plane through a corner of the light and a silhouette edge of the blocker, an EV event that
+//! through a side of the light and a vertex of the blocker (Bala et al. 2003, section 6.3 and appendix A). What is
+//! seen of a line changes between all and part only in such events; see `corner` for why.
+
+use std::cmp::Ordering;
+
+use glam::DVec3;
+use llsr_intervals::{Viewpoint, orientation};
+use llsr_scene::NO_FACE;
+
+use super::corner::{CornerScratch, corner_events};
+use super::light::ShadowLight;
+use super::mesh::ShadowMesh;
+use super::scene::{ShadowObject, is_outside};
+use super::{ShadowKind, ShadowSource};
+use crate::EdgeScratch;
+
+/// What changes across an event.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Kinds(u8);
+
+impl Kinds {
+    pub(super) const HARD: Self = Self(1);
+    pub(super) const UMBRAL: Self = Self(2);
+    pub(super) const PENUMBRAL: Self = Self(4);
+    pub(super) const BOTH: Self = Self(6);
+
+    /// The kinds, one by one.
+    pub(super) fn iter(self) -> impl Iterator<Item = ShadowKind> {
+        [
+            (Self::HARD, ShadowKind::Hard),
+            (Self::UMBRAL, ShadowKind::Umbral),
+            (Self::PENUMBRAL, ShadowKind::Penumbral),
+        ]
+        .into_iter()
+        .filter(move |(bit, _)| self.0 & bit.0 != 0)
+        .map(|(_, kind)| kind)
+    }
+}
+
+/// An event of one light and one blocker, in the scene's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Event {
+    pub(super) kinds: Kinds,
+    pub(super) source: ShadowSource,
+    /// VE: the light's corner and the ends of the edge. EV: the blocker's vertex and the part of the light's side.
+    pub(super) points: [DVec3; 3],
+    /// Vertices of the blocker that lie in the event's plane: the edge's ends, or twice the vertex.
+    pub(super) own: [u32; 2],
+}
+
+/// Working memory of the search for events.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EventScratch {
+    edges: EdgeScratch,
+    found: Vec<u32>,
+    vertices: Vec<u32>,
+    corner: CornerScratch,
+}
+
+/// Appends the events of a light and a blocker.
+pub(super) fn find_events(
+    light: &ShadowLight,
+    blocker: &ShadowObject,
+    scratch: &mut EventScratch,
+    events: &mut Vec<Event>,
+) {
+    let mesh = &*blocker.mesh;
+    let corners: Vec<DVec3> = light
+        .corners()
+        .iter()
+        .map(|&p| blocker.to_object.transform_point3(p))
+        .collect();
+    let views: Option<Vec<Viewpoint>> = corners.iter().map(|&p| Viewpoint::at(p)).collect();
+    let Some(views) = views else { return };
+    // Along a concave edge both sides are inside the solid, where nothing is lit.
+    let convex_only = mesh.is_solid() && is_outside(blocker, &corners);
+    let keep = |edge: u32| !convex_only || mesh.is_convex(edge);
+    for (index, view) in views.iter().enumerate() {
+        scratch.found.clear();
+        mesh.edges()
+            .silhouettes(view, &mut scratch.edges, &mut scratch.found);
+        scratch.found.extend(mesh.edges().boundaries());
+        for &edge in scratch.found.iter().filter(|&&edge| keep(edge)) {
+            let neighbors = light
+                .neighbors(index)
+                .map(|p| blocker.to_object.transform_point3(p));
+            let Some(kinds) = edge_kinds(mesh, edge, corners[index], neighbors) else {
+                continue;
+            };
+            let own = mesh.edges().edge(edge).vertices;
+            let [a, b] = own.map(|v| blocker.to_world.transform_point3(mesh.position(v)));
+            events.push(Event {
+                kinds,
+                source: ShadowSource::Edge {
+                    corner: index as u32,
+                    edge,
+                },
+                points: [light.corners()[index], a, b],
+                own,
+            });
+        }
+    }
+    if light.sides() == 0 {
+        return;
+    }
+    // At a vertex where an event begins some edge is a silhouette for some place of the light.
+    scratch.found.clear();
+    mesh.edges()
+        .possible_silhouettes(&views, &mut scratch.edges, &mut scratch.found);
+    scratch.found.extend(mesh.edges().boundaries());
+    scratch.vertices.clear();
+    for &edge in scratch.found.iter().filter(|&&edge| keep(edge)) {
+        scratch.vertices.extend(mesh.edges().edge(edge).vertices);
+    }
+    scratch.vertices.sort_unstable();
+    scratch.vertices.dedup();
+    for side in 0..light.sides() {
+        let ends = light.side(side);
+        let local = ends.map(|p| blocker.to_object.transform_point3(p));
+        let inner = light
+            .opposite(side)
+            .map(|p| blocker.to_object.transform_point3(p));
+        for &vertex in &scratch.vertices {
+            corner_events(
+                mesh,
+                vertex,
+                local,
+                inner,
+                &mut scratch.corner,
+                |kinds, [from, to]| {
+                    let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
+                    events.push(Event {
+                        kinds,
+                        source: ShadowSource::Vertex {
+                            side: side as u32,
+                            vertex,
+                        },
+                        points: [
+                            blocker.to_world.transform_point3(mesh.position(vertex)),
+                            at(from),
+                            at(to),
+                        ],
+                        own: [vertex; 2],
+                    });
+                },
+            );
+        }
+    }
+}
+
+/// What changes across the plane through a light's corner and a silhouette edge, or nothing.
+///
+/// The plane has to touch the light: its other corners are all on one side. If the blocker is on that side too,
+/// the corner is the last that comes into view; otherwise it is the first that vanishes. A light that lies in the
+/// plane vanishes at once.
+fn edge_kinds(
+    mesh: &ShadowMesh,
+    edge: u32,
+    corner: DVec3,
+    neighbors: impl Iterator<Item = DVec3>,
+) -> Option<Kinds> {
+    let edge = mesh.edges().edge(edge);
+    let [a, b] = edge.vertices.map(|v| mesh.position(v));
+    let mut light = Ordering::Equal;
+    let mut is_point = true;
+    for neighbor in neighbors {
+        is_point = false;
+        let side = orientation(corner, a, b, neighbor);
+        if light == Ordering::Equal {
+            light = side;
+        } else if side != Ordering::Equal && side != light {
+            return None;
+        }
+    }
+    if is_point {
+        return Some(Kinds::HARD);
+    }
+    if light == Ordering::Equal {
+        return Some(Kinds::BOTH);
+    }
+    let blocker = edge
+        .faces
+        .iter()
+        .filter(|&&face| face != NO_FACE)
+        .filter_map(|&face| mesh.opposite(face, edge.vertices))
+        .map(|v| orientation(corner, a, b, mesh.position(v)))
+        .find(|&side| side != Ordering::Equal);
+    Some(if blocker == Some(light) {
+        Kinds::UMBRAL
+    } else {
+        // A face seen edge-on blocks those behind the plane through it, and nobody before it.
+        Kinds::PENUMBRAL
+    })
+}

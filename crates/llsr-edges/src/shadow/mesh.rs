@@ -1,0 +1,190 @@
+//! A mesh ready to cast and to receive shadows.
+
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use glam::DVec3;
+use llsr_intervals::{FaceTree, orientation};
+use llsr_scene::NO_FACE;
+
+use crate::MeshEdges;
+
+/// Edges, the faces around each vertex, and the tree of faces that shadow events are intersected with.
+#[derive(Clone, Debug)]
+pub struct ShadowMesh {
+    edges: Arc<MeshEdges>,
+    /// Faces at vertex v are `star[starts[v]..starts[v + 1]]`.
+    starts: Vec<u32>,
+    star: Vec<u32>,
+    faces: FaceTree,
+    /// Every part is closed and looks outwards, so that each concave edge lies inside the solid's reach.
+    solid: bool,
+}
+
+impl ShadowMesh {
+    /// Prepares a mesh whose edges are known. Cost: O(n log n), about as much as the edges.
+    pub fn new(edges: Arc<MeshEdges>) -> Self {
+        let usable = |face: &[u32; 3]| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
+        let mut starts = vec![0u32; edges.positions().len() + 1];
+        for &v in edges.faces().iter().filter(|f| usable(f)).flatten() {
+            starts[v as usize + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut star = vec![0u32; starts.last().map_or(0, |&n| n as usize)];
+        let mut next = starts.clone();
+        for (face, corners) in edges.faces().iter().enumerate() {
+            if usable(corners) {
+                for &v in corners {
+                    star[next[v as usize] as usize] = face as u32;
+                    next[v as usize] += 1;
+                }
+            }
+        }
+        let bounds = edges.bounds();
+        let center = bounds.center().as_dvec3();
+        let radius = if bounds.is_empty() {
+            0.0
+        } else {
+            (bounds.max.as_dvec3() - center).length() * (1.0 + 1e-6)
+        };
+        let count = u32::try_from(edges.faces().len()).unwrap_or(u32::MAX);
+        let faces = FaceTree::build(count, center, radius, |face| edges.corners(face));
+        let solid = edges.is_closed() && looks_outwards(&edges);
+        Self {
+            edges,
+            starts,
+            star,
+            faces,
+            solid,
+        }
+    }
+
+    /// Its edges.
+    pub fn edges(&self) -> &Arc<MeshEdges> {
+        &self.edges
+    }
+
+    /// The tree of its faces.
+    pub fn faces(&self) -> &FaceTree {
+        &self.faces
+    }
+
+    /// True if every part is closed and encloses a positive volume: then nothing outside sees a back face.
+    pub fn is_solid(&self) -> bool {
+        self.solid
+    }
+
+    /// The faces around a vertex.
+    pub(super) fn star(&self, vertex: u32) -> &[u32] {
+        &self.star[self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize]
+    }
+
+    pub(super) fn position(&self, vertex: u32) -> DVec3 {
+        self.edges.positions()[vertex as usize].as_dvec3()
+    }
+
+    /// The corner of a face that is not on the edge a-b.
+    pub(super) fn opposite(&self, face: u32, [a, b]: [u32; 2]) -> Option<u32> {
+        let corners = self.edges.faces().get(face as usize)?;
+        corners.iter().copied().find(|&v| v != a && v != b)
+    }
+
+    /// True if the faces of an edge enclose less than 180 degrees behind them. False for boundaries, and where two
+    /// faces lie in one plane.
+    pub(super) fn is_convex(&self, edge: u32) -> bool {
+        let edge = self.edges.edge(edge);
+        if edge.faces[1] == NO_FACE {
+            return false;
+        }
+        let Some(far) = self.opposite(edge.faces[1], edge.vertices) else {
+            return false;
+        };
+        let [a, b, c] = self.edges.corners(edge.faces[0]);
+        orientation(a, b, c, self.position(far)) == Ordering::Less
+    }
+}
+
+/// Does every connected part enclose a positive volume?
+fn looks_outwards(edges: &MeshEdges) -> bool {
+    let count = edges.positions().len();
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    fn root(parent: &mut [u32], mut v: u32) -> u32 {
+        while parent[v as usize] != v {
+            let up = parent[parent[v as usize] as usize];
+            parent[v as usize] = up;
+            v = up;
+        }
+        v
+    }
+    for &[a, b, c] in edges.faces() {
+        let (x, y) = (root(&mut parent, a), root(&mut parent, b));
+        parent[x.max(y) as usize] = x.min(y);
+        let (x, y) = (root(&mut parent, a), root(&mut parent, c));
+        parent[x.max(y) as usize] = x.min(y);
+    }
+    let mut volume = vec![0.0f64; count];
+    for (face, corners) in edges.faces().iter().enumerate() {
+        let part = root(&mut parent, corners[0]);
+        // From a point of the part itself, so that a place far from the origin does not cost digits.
+        let origin = edges.positions()[part as usize].as_dvec3();
+        let [a, b, c] = edges.corners(face as u32).map(|p| p - origin);
+        volume[part as usize] += a.dot(b.cross(c));
+    }
+    (0..count as u32).all(|v| {
+        let used = parent[v as usize] == v && volume[v as usize] != 0.0;
+        !used || volume[v as usize] > 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use llsr_scene::{MaterialId, Mesh};
+
+    use super::*;
+    use crate::EdgeOptions;
+
+    fn prepare(mesh: &Mesh) -> ShadowMesh {
+        ShadowMesh::new(Arc::new(
+            MeshEdges::new(mesh, EdgeOptions::default()).expect("valid"),
+        ))
+    }
+
+    #[test]
+    fn solids_are_told_from_shells_and_rooms() {
+        let cube = |at: f32| Mesh::cuboid("", Vec3::splat(at), Vec3::splat(at + 1.0), MaterialId(0));
+        let mut two = cube(0.0);
+        two.append(&cube(100.0));
+        assert!(prepare(&two).is_solid(), "two cubes");
+        let mut room = cube(100.0);
+        room.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        assert!(!prepare(&room).is_solid(), "a box that looks inwards");
+        two.append(&room);
+        assert!(!prepare(&two).is_solid(), "one part of three looks inwards");
+        let mut open = cube(0.0);
+        open.triangles.pop();
+        open.materials.pop();
+        assert!(!prepare(&open).is_solid(), "a face is missing");
+    }
+
+    #[test]
+    fn stars_and_convexity_of_a_cube() {
+        let mesh = prepare(&Mesh::cuboid("", Vec3::ZERO, Vec3::ONE, MaterialId(0)));
+        for v in 0..8 {
+            let star = mesh.star(v);
+            assert!((3..=6).contains(&star.len()), "{} faces at a corner", star.len());
+            assert!(
+                star.iter()
+                    .all(|&f| mesh.edges().faces()[f as usize].contains(&v)),
+                "faces at {v}"
+            );
+        }
+        assert!(
+            (0..12).all(|e| mesh.is_convex(e)),
+            "all edges of a cube are convex"
+        );
+        assert_eq!(mesh.edges().len(), 12, "diagonals lie in planes");
+    }
+}

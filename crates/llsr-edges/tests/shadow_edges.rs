@@ -1,0 +1,355 @@
+//! Shadow edges against exact visibility.
+
+use std::collections::BTreeSet;
+
+use glam::{Affine3A, DVec3, Quat, Vec3};
+use llsr_edges::{ShadowEdge, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene};
+use llsr_scene::{
+    AreaLight, AreaShape, Light, LightId, LinearLight, Material, MaterialId, Mesh, ObjectId, PointLight,
+    Scene, Triple,
+};
+use llsr_testkit::edges::{ShadowCoverage, ShadowOracle, ShadowScenes, class_changes, shadow_coverage};
+use llsr_testkit::tracer::world_triangles;
+
+fn prepare(scene: &Scene) -> ShadowScene {
+    let (prepared, left_out) = ShadowScene::new(scene, ShadowOptions::default());
+    assert!(left_out.is_empty(), "all objects of {} take part", scene.name);
+    prepared
+}
+
+fn compute(scene: &Scene) -> ShadowEdges {
+    let prepared = prepare(scene);
+    ShadowEdges::compute(&prepared, prepared.all_triples())
+}
+
+fn segments<'a>(edges: impl Iterator<Item = &'a ShadowEdge>) -> [Vec<[Vec3; 2]>; 2] {
+    let mut result = [Vec::new(), Vec::new()];
+    for edge in edges {
+        if edge.kind != ShadowKind::Umbral {
+            result[0].push(edge.segment);
+        }
+        if edge.kind != ShadowKind::Penumbral {
+            result[1].push(edge.segment);
+        }
+    }
+    result
+}
+
+fn coverage(scene: &Scene, count: u32, seed: u64) -> ShadowCoverage {
+    let edges = compute(scene);
+    shadow_coverage(
+        scene,
+        count,
+        seed,
+        |light, receiver| {
+            segments(
+                edges
+                    .iter()
+                    .filter(|e| e.triple.light == light && e.triple.receiver == receiver),
+            )
+        },
+        |_, _| (),
+    )
+}
+
+fn sum(kind: ShadowScenes, seeds: std::ops::Range<u64>, count: u32) -> ShadowCoverage {
+    seeds.fold(ShadowCoverage::default(), |mut all, seed| {
+        all.add(&coverage(&kind.build(seed), count, seed));
+        all
+    })
+}
+
+#[test]
+fn convex_blockers_are_covered() {
+    for kind in ShadowScenes::ALL.into_iter().filter(|kind| kind.is_simple()) {
+        let found = sum(kind, 0..10, 80);
+        let [outer, inner] = found.shares();
+        assert!(
+            found.outer[1] > 50 && found.inner[1] > 30,
+            "{kind:?}: too few changes in {found:?}"
+        );
+        assert!(outer >= 0.995 && inner >= 0.995, "{kind:?}: {found:?}");
+    }
+}
+
+#[test]
+fn outer_edges_of_all_kinds_of_blockers_are_covered() {
+    for kind in ShadowScenes::ALL.into_iter().filter(|kind| !kind.is_simple()) {
+        let found = sum(kind, 10..15, 80);
+        let [outer, inner] = found.shares();
+        assert!(
+            found.outer[1] > 50 && found.inner[1] > 30,
+            "{kind:?}: too few changes in {found:?}"
+        );
+        assert!(outer >= 0.99, "{kind:?}: {found:?}");
+        // Gaps that close between two edges (EEE) are not among them.
+        assert!(inner >= 0.7, "{kind:?}: {found:?}");
+    }
+}
+
+#[test]
+fn point_lights_have_hard_edges_alone() {
+    for kind in [ShadowScenes::Crowd, ShadowScenes::Torus, ShadowScenes::Sheets] {
+        let mut scene = kind.build(3);
+        let place = scene.lights[0].ends().0;
+        scene.lights[0] = Light::Point(PointLight {
+            name: "point".into(),
+            position: place,
+            flux: 1.0,
+            color: Vec3::ONE,
+        });
+        let edges = compute(&scene);
+        assert!(edges.iter().all(|edge| edge.kind == ShadowKind::Hard), "{kind:?}");
+        let found = coverage(&scene, 200, 5);
+        assert!(found.outer[1] > 60, "{kind:?}: {found:?}");
+        assert!(found.shares()[0] >= 0.995, "{kind:?}: {found:?}");
+    }
+}
+
+#[test]
+fn rectangles_and_discs_are_covered_behind_a_convex_blocker() {
+    let mut scratch = [0usize; 4];
+    for seed in 0..6 {
+        for round in [false, true] {
+            let mut scene = ShadowScenes::Ball.build(seed);
+            let corner = scene.lights[0].ends().0;
+            let shape = if round {
+                AreaShape::Disc {
+                    center: corner,
+                    normal: -DVec3::Y,
+                    radius: 0.4,
+                }
+            } else {
+                AreaShape::Rect {
+                    corner,
+                    along: DVec3::new(0.5, 0.0, 0.3),
+                    across: DVec3::new(-0.3, 0.0, 0.5),
+                }
+            };
+            scene.lights[0] = Light::Area(AreaLight {
+                name: "area".into(),
+                shape,
+                flux: 1.0,
+                color: Vec3::ONE,
+            });
+            let prepared = prepare(&scene);
+            let polygon = prepared.light(LightId(0)).expect("a light").corners().to_vec();
+            let edges = compute(&scene);
+            let oracle = ShadowOracle::new(&world_triangles(&scene));
+            let found = segments(edges.iter().filter(|e| e.triple.receiver == ObjectId(0)));
+            let mut counts = ShadowCoverage::default();
+            for i in 0..12 {
+                let angle = f64::from(i) * 0.5 + 0.1;
+                let way = DVec3::new(angle.cos(), 0.0, angle.sin());
+                let line = [-6.0 * way, 6.0 * way];
+                for change in class_changes(line, 128, |p| oracle.class_of_polygon(p, &polygon)) {
+                    counts.count(&change, &found[0], &found[1], 1e-4 * 12.0);
+                }
+            }
+            scratch[0] += counts.outer[0];
+            scratch[1] += counts.outer[1];
+            scratch[2] += counts.inner[0];
+            scratch[3] += counts.inner[1];
+        }
+    }
+    let [outer, outer_all, inner, inner_all] = scratch;
+    assert!(outer_all > 100 && inner_all > 50, "{scratch:?}");
+    assert_eq!(
+        (outer, inner),
+        (outer_all, inner_all),
+        "found and all, outer and inner"
+    );
+}
+
+fn sorted(edges: &ShadowEdges) -> Vec<(Triple, ShadowKind, [[u32; 3]; 2])> {
+    let mut list: Vec<_> = edges
+        .iter()
+        .map(|e| {
+            (
+                e.triple,
+                e.kind,
+                e.segment.map(|p| p.to_array().map(f32::to_bits)),
+            )
+        })
+        .collect();
+    list.sort_unstable();
+    list
+}
+
+fn same(a: &ShadowEdges, b: &ShadowEdges) {
+    let (a, b) = (sorted(a), sorted(b));
+    assert_eq!(a.len(), b.len(), "number of edges");
+    for (a, b) in a.iter().zip(&b) {
+        assert_eq!(a, b, "an edge");
+    }
+}
+
+#[test]
+fn moves_compute_what_a_fresh_start_computes_and_no_more() {
+    let mut scene = ShadowScenes::Crowd.build(1);
+    let far = LinearLight::new("far", DVec3::new(3.0, 5.0, 0.0), DVec3::new(3.0, 5.0, 1.0), 1.0);
+    scene.add_light(far);
+    let mut prepared = prepare(&scene);
+    // All triples, so that none has to be added after a move.
+    let ids: Vec<ObjectId> = prepared.objects().collect();
+    let triples: Vec<Triple> = [LightId(0), LightId(1)]
+        .into_iter()
+        .flat_map(|light| {
+            let ids = &ids;
+            ids.iter().take(6).flat_map(move |&blocker| {
+                ids.iter()
+                    .filter(move |r| r.0 % 3 != 1)
+                    .map(move |&receiver| Triple {
+                        light,
+                        blocker,
+                        receiver,
+                    })
+            })
+        })
+        .collect();
+    let mut edges = ShadowEdges::compute(&prepared, triples.iter().copied());
+    let pairs = 12;
+    let turned =
+        |y: f32| Affine3A::from_rotation_translation(Quat::from_rotation_x(y), Vec3::new(0.3, 1.0 + y, 0.2));
+
+    let blocker = ObjectId(4);
+    assert!(prepared.move_object(blocker, turned(0.3)), "moved");
+    let done = edges.object_moved(&prepared, blocker);
+    assert_eq!(done.pairs, 2, "a blocker that receives nothing: one pair a light");
+    same(&edges, &ShadowEdges::compute(&prepared, triples.iter().copied()));
+
+    let receiver = ObjectId(9);
+    assert!(prepared.move_object(receiver, turned(0.9)), "moved");
+    let done = edges.object_moved(&prepared, receiver);
+    assert_eq!(done.pairs, pairs, "a receiver of all pairs");
+    same(&edges, &ShadowEdges::compute(&prepared, triples.iter().copied()));
+
+    let light = LinearLight::new("moved", DVec3::new(0.0, 5.0, 0.0), DVec3::new(1.0, 5.0, 1.0), 1.0);
+    assert!(prepared.move_light(LightId(1), &light.into()), "moved");
+    let done = edges.light_moved(&prepared, LightId(1));
+    assert_eq!(done.pairs, pairs / 2, "the pairs of one light");
+    same(&edges, &ShadowEdges::compute(&prepared, triples.iter().copied()));
+    assert_eq!(edges.light_moved(&prepared, LightId(7)).pairs, 0, "no such light");
+
+    // One triple after the other gives the same as all together.
+    let mut grown = ShadowEdges::default();
+    for &triple in triples.iter().rev() {
+        grown.add(&prepared, [triple]);
+    }
+    same(&grown, &edges);
+    assert_eq!(grown.add(&prepared, triples.clone()).pairs, 0, "nothing new");
+    assert_eq!(grown.triples().count(), triples.len(), "each once");
+    let by_triple: usize = triples.iter().map(|&t| edges.of(t).count()).sum();
+    assert_eq!(by_triple, edges.len(), "each edge belongs to one triple");
+    // Without the boxes, nothing is between blockers and floor.
+    grown.retain(&prepared, |triple| triple.receiver == ObjectId(0));
+    let floor = triples.iter().copied().filter(|t| t.receiver == ObjectId(0));
+    assert_eq!(
+        sorted(&grown),
+        sorted(&ShadowEdges::compute(&prepared, floor)),
+        "retained"
+    );
+}
+
+#[test]
+fn boxes_name_all_triples_with_edges() {
+    for kind in [ShadowScenes::Crowd, ShadowScenes::Chain] {
+        let scene = kind.build(2);
+        let prepared = prepare(&scene);
+        let named = prepared.all_triples_and_hiders();
+        let every: Vec<Triple> = prepared
+            .objects()
+            .flat_map(|blocker| {
+                prepared.objects().map(move |receiver| Triple {
+                    light: LightId(0),
+                    blocker,
+                    receiver,
+                })
+            })
+            .collect();
+        let (some, all) = (
+            ShadowEdges::compute(&prepared, named.iter().copied()),
+            ShadowEdges::compute(&prepared, every.iter().copied()),
+        );
+        same(&some, &all);
+        // Without those that only hide, no shadow falls on another triple than those named.
+        let falling: BTreeSet<Triple> = prepared.all_triples().into_iter().collect();
+        let shaded = |edge: &ShadowEdge| falling.contains(&edge.triple);
+        assert!(all.iter().all(shaded), "{kind:?}: all triples with edges");
+        let at_most = if kind == ShadowScenes::Crowd {
+            every.len() / 2
+        } else {
+            every.len()
+        };
+        assert!(
+            falling.len() <= named.len() && named.len() <= at_most,
+            "{kind:?}: {}",
+            named.len()
+        );
+    }
+}
+
+#[test]
+fn odd_scenes_are_survived() {
+    let mut scene = Scene::new("odd");
+    scene.add_material(Material::diffuse("grey", Vec3::splat(0.5)));
+    scene.add_mesh(Mesh::default());
+    scene.add_mesh(Mesh::new(
+        "point",
+        vec![Vec3::ONE; 3],
+        vec![[0, 1, 2]],
+        MaterialId(0),
+    ));
+    scene.add_mesh(Mesh::new(
+        "nan",
+        vec![Vec3::NAN; 3],
+        vec![[0, 1, 2]],
+        MaterialId(0),
+    ));
+    scene.add_mesh(Mesh::cuboid("box", Vec3::ZERO, Vec3::ONE, MaterialId(0)));
+    let flat = scene.add_mesh(Mesh::cuboid("flattened", Vec3::ZERO, Vec3::ONE, MaterialId(0)));
+    scene.objects[flat.index()].transform = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
+    // In the plane of faces, through a box, through a corner, along an edge, nowhere.
+    for (a, b) in [
+        (DVec3::new(0.0, 1.0, 3.0), DVec3::new(2.0, 1.0, 3.0)),
+        (DVec3::new(-1.0, 0.5, 0.5), DVec3::new(2.0, 0.5, 0.5)),
+        (DVec3::ONE, DVec3::new(2.0, 3.0, 1.5)),
+        (DVec3::new(-3.0, 1.0, 1.0), DVec3::new(-2.0, 1.0, 1.0)),
+        (DVec3::NAN, DVec3::ONE),
+        (DVec3::splat(1e300), DVec3::ONE),
+    ] {
+        scene.add_light(LinearLight::new("", a, b, 1.0));
+    }
+    let (mut prepared, left_out) = ShadowScene::new(&scene, ShadowOptions::default());
+    assert_eq!(
+        left_out,
+        [ObjectId(2), ObjectId(4)],
+        "the mesh without places and the box without height"
+    );
+    let edges = ShadowEdges::compute(&prepared, prepared.all_triples());
+    assert!(
+        edges.iter().all(|e| e.segment.iter().all(|p| p.is_finite())),
+        "finite ends"
+    );
+    assert!(
+        !prepared.move_object(ObjectId(3), Affine3A::from_scale(Vec3::ZERO)),
+        "no inverse"
+    );
+    assert!(
+        !prepared.move_object(ObjectId(2), Affine3A::IDENTITY),
+        "takes no part"
+    );
+    assert!(
+        !prepared.move_object(ObjectId(99), Affine3A::IDENTITY),
+        "no such object"
+    );
+    let missing = Triple {
+        light: LightId(0),
+        blocker: ObjectId(77),
+        receiver: ObjectId(2),
+    };
+    assert!(
+        ShadowEdges::compute(&prepared, [missing]).is_empty(),
+        "no such blocker"
+    );
+}
