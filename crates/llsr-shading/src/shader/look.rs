@@ -99,3 +99,29 @@ pub(crate) fn direct_and_met(
     );
     seen
 }
+/// Direct light on a surface that was met on the way.
+pub(crate) fn direct_only(
+    world: &World,
+    direct: &DirectLight<'_>,
+    surface: &SurfacePoint,
+    hash: u64,
+    scratch: &mut ShaderScratch,
+    mut each: impl FnMut(DVec3, &LightAnswer),
+) {
+    let ShaderScratch {
+        direct: memory,
+        states,
+        statistics,
+        ..
+    } = scratch;
+    direct.shade_point(
+        surface,
+        pixel_of(hash),
+        states,
+        memory,
+        statistics,
+        |light, answer| {
+            each(world.lights()[light.index()].color().as_dvec3(), answer);
+        },
+    );
+}

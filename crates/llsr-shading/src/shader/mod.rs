@@ -5,6 +5,7 @@
 
 mod direct;
 mod encounters;
+mod gi;
 mod look;
 mod scratch;
 mod world;
@@ -17,6 +18,7 @@ use llsr_scene::ObjectId;
 
 pub use direct::DirectShader;
 pub use encounters::Encounters;
+pub use gi::{GiCounts, GiSettings, GiShader};
 pub use scratch::ShaderScratch;
 pub use world::{MovedThing, Place, PlaceError, SceneChange, SceneMove, World};
 

@@ -2,6 +2,7 @@
 
 use llsr_scene::ObjectId;
 
+use crate::shader::gi::Sample;
 use crate::{LightState, Scratch, Statistics};
 
 /// Working memory of one thread, kept from batch to batch so that shading does not allocate; any shader can use any.
@@ -11,6 +12,8 @@ pub struct ShaderScratch {
     pub(crate) states: Vec<LightState>,
     pub(crate) blockers: Vec<ObjectId>,
     pub(crate) statistics: Statistics,
+    /// Rays of a hemisphere.
+    pub(crate) samples: Vec<Sample>,
 }
 
 impl ShaderScratch {

@@ -260,6 +260,21 @@ pub(crate) struct Stage {
     pub(crate) lights: PreparedLights,
 }
 
+impl Stage {
+    pub(crate) fn moved(&self, change: &SceneChange) -> Self {
+        let mut lights = self.lights.clone();
+        for moved in &change.moves {
+            if let MovedThing::Light(id) = moved.what {
+                lights.set(id, &change.world.lights[id.index()]);
+            }
+        }
+        Self {
+            world: Arc::clone(&change.world),
+            lights,
+        }
+    }
+}
+
 /// The stage that batches begin with; replaced when something moves.
 #[derive(Debug)]
 pub(crate) struct CurrentStage(RwLock<Arc<Stage>>);
@@ -276,15 +291,6 @@ impl CurrentStage {
 
     pub(crate) fn advance(&self, change: &SceneChange) {
         let mut stage = self.0.write().unwrap_or_else(PoisonError::into_inner);
-        let mut lights = stage.lights.clone();
-        for moved in &change.moves {
-            if let MovedThing::Light(id) = moved.what {
-                lights.set(id, &change.world.lights[id.index()]);
-            }
-        }
-        *stage = Arc::new(Stage {
-            world: Arc::clone(&change.world),
-            lights,
-        });
+        *stage = Arc::new(stage.moved(change));
     }
 }

@@ -1,4 +1,5 @@
 //! Shaders against pictures, dense sampling and known answers.
 
 mod direct;
+mod gi;
 mod support;

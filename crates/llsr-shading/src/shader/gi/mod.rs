@@ -1,0 +1,450 @@
+//! Direct light with global illumination by irradiance caching.
+//!
+//! G. Ward, F. Rubinstein, R. Clear, "A ray tracing solution for diffuse interreflection", SIGGRAPH 1988, with the
+//! gradients of Ward & Heckbert 1992: light that comes by way of other surfaces changes slowly, so it is gathered at few
+//! places and taken over from there.
+//!
+//! # Where records lie
+//! The original makes a record where one is first missing. That depends on the order of work, and with it every picture
+//! would depend on the number of threads. Here records can only lie at places that the scene alone determines (where the
+//! lines of a lattice cross surfaces, see [`lattice`]), and what a record says depends on its place alone. A point
+//! looks at the four lines of each axis around it, on the coarsest level first, and goes on to finer levels until records that
+//! are good enough there cover it; the levels are blended so that nothing jumps. What is remembered and what is made
+//! anew then is no longer seen in the result.
+//!
+//! A record only serves points that see it, so that light does not leak under walls.
+//!
+//! # Moving things
+//! Records that a move may concern are made anew when they are next needed; see [`Record::holds`](record::Record::holds).
+
+mod cache;
+mod changes;
+mod gather;
+mod lattice;
+mod path;
+mod record;
+
+use std::f64::consts::FRAC_1_PI;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, PoisonError, RwLock};
+
+use glam::{DVec3, Vec3};
+use llsr_scene::luminance;
+use llsr_tracer::Hit;
+use rand_pcg::Pcg64Mcg;
+
+use crate::shader::look::{background, direct_and_met, ray_hash, unit_direction, unlit};
+use crate::shader::world::Stage;
+use crate::shader::{
+    Encounters, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
+};
+use crate::{DirectLight, Method, PreparedLights, Settings, SurfacePoint};
+use cache::Memory;
+use changes::Changes;
+pub(crate) use gather::Sample;
+use gather::{Gathered, frame, gather};
+use lattice::{LEVELS, Lattice, LineKey, PlaceKey};
+use path::Paths;
+use record::Record;
+
+/// How global illumination is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GiSettings {
+    /// Rays of a record from the zenith down and around it; each at least 2, at most 64.
+    pub rays: [u32; 2],
+    /// Surfaces over which light may come to a record, 1 to 32; what would come over more is left out.
+    pub bounces: u32,
+    /// How wrong a record may be, as a share, where it is used: the `a` of Ward et al. 1988; 0.05 to 1.
+    pub tolerance: f64,
+    /// Distance of records on the coarsest level, as a share of the diagonal of the scene's box; above 0, at most 1.
+    pub spacing: f64,
+    /// Levels, 1 to 12; on each, records may lie half as far apart as on the one before.
+    pub levels: u32,
+    /// Records that are kept at most. Each takes about 2 kilobytes with the default number of rays.
+    pub limit: usize,
+    /// Seed of the records.
+    pub seed: u64,
+}
+
+impl Default for GiSettings {
+    fn default() -> Self {
+        Self {
+            rays: [7, 20],
+            bounces: 8,
+            tolerance: 0.3,
+            spacing: 1.0 / 32.0,
+            levels: 5,
+            limit: 60_000,
+            seed: 0,
+        }
+    }
+}
+
+/// What a [`GiShader`] has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GiCounts {
+    /// Records made.
+    pub made: u64,
+    /// Records and lines that are remembered now.
+    pub remembered: u64,
+    /// Points for which no record was good enough, so that light was gathered for them alone.
+    pub alone: u64,
+}
+
+/// Direct light with global illumination ("direct illumination with global illumination", Bala et al. 2003, section 7).
+///
+/// Surfaces reflect diffusely. Points depend on the scene, the settings and the seed alone. After moves they also depend on
+/// the order of the moves and on what was shaded between them, still not on threads, as long as the number of
+/// records stays below its limit.
+#[derive(Debug)]
+pub struct GiShader {
+    stage: RwLock<Arc<GiStage>>,
+    settings: GiSettings,
+    /// Direct light at visible points and where gathering rays arrive.
+    direct: Settings,
+    /// Direct light farther along a path: one sample of each light.
+    later: Settings,
+    lattice: Lattice,
+    lines: Memory<LineKey, Line>,
+    records: Memory<PlaceKey, Record>,
+    made: AtomicU64,
+    alone: AtomicU64,
+    far: f64,
+}
+
+#[derive(Debug)]
+struct GiStage {
+    stage: Stage,
+    changes: Changes,
+}
+
+/// The surfaces along a line.
+#[derive(Debug)]
+struct Line {
+    hits: Box<[Hit]>,
+    holds_until: AtomicU64,
+}
+
+impl GiShader {
+    /// A shader for `world`. Settings out of their range are taken to its end.
+    pub fn new(world: Arc<World>, settings: &GiSettings) -> Self {
+        let range = |value: f64, low: f64, high: f64| if value >= low { value.min(high) } else { low };
+        let settings = GiSettings {
+            rays: settings.rays.map(|count| count.clamp(2, 64)),
+            bounces: settings.bounces.clamp(1, 32),
+            tolerance: range(settings.tolerance, 0.05, 1.0),
+            spacing: range(settings.spacing, 1e-6, 1.0),
+            levels: settings.levels.clamp(1, LEVELS as u32),
+            ..*settings
+        };
+        let direct = Settings::default();
+        let later = Settings {
+            method: Method::Stratified,
+            samples: 1,
+            light_lines: 1,
+            ..Settings::default()
+        };
+        let diagonal = f64::from(world.bounds().diagonal()).max(f64::MIN_POSITIVE);
+        let lights = PreparedLights::new(world.lights(), &world.scene().materials, &direct);
+        Self {
+            lattice: Lattice::new(world.bounds(), settings.spacing * diagonal, settings.seed),
+            lines: Memory::new(settings.limit.saturating_mul(2)),
+            records: Memory::new(settings.limit),
+            stage: RwLock::new(Arc::new(GiStage {
+                stage: Stage { world, lights },
+                changes: Changes::default(),
+            })),
+            settings,
+            direct,
+            later,
+            made: AtomicU64::new(0),
+            alone: AtomicU64::new(0),
+            far: 2.0 * diagonal,
+        }
+    }
+
+    /// What has been done so far.
+    pub fn counts(&self) -> GiCounts {
+        GiCounts {
+            made: self.made.load(Ordering::Relaxed),
+            remembered: (self.records.len() + self.lines.len()) as u64,
+            alone: self.alone.load(Ordering::Relaxed),
+        }
+    }
+
+    fn current(&self) -> Arc<GiStage> {
+        Arc::clone(&self.stage.read().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// What the work on one batch needs.
+struct Batch<'a> {
+    shader: &'a GiShader,
+    stage: &'a GiStage,
+    paths: Paths<'a>,
+}
+
+/// Weights of the axes whose lines a surface of this normal is looked up along; they sum to 1.
+fn axis_weights(normal: DVec3) -> DVec3 {
+    // One of the squares is at least a third.
+    let weights = (normal * normal - 0.25).max(DVec3::ZERO);
+    weights / weights.element_sum()
+}
+
+impl Batch<'_> {
+    /// Irradiance that comes by way of other surfaces.
+    fn indirect(&self, surface: &SurfacePoint, hash: u64, scratch: &mut ShaderScratch) -> DVec3 {
+        let GiShader {
+            settings, lattice, ..
+        } = self.shader;
+        let (point, normal) = (surface.position, surface.shading_normal);
+        let axes = axis_weights(normal);
+        let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+        // What the levels so far leave to the next; and how far records may reach here, by what is known.
+        let (mut left, mut reach) = (1.0, f64::INFINITY);
+        for level in 0..settings.levels as usize {
+            let (mut found, mut cover) = (DVec3::ZERO, 0.0);
+            for axis in (0..3).filter(|&axis| axes[axis] > 0.0) {
+                for (key, share) in lattice.around(axis, level, point) {
+                    if share < 1e-3 {
+                        continue;
+                    }
+                    let line = self.line(key);
+                    let depth = 2.5 * lattice.spacing(level);
+                    for hit in &line.hits {
+                        if (hit.position[axis] - point[axis]).abs() > depth {
+                            continue;
+                        }
+                        let Some((record, goodness)) =
+                            self.record_for(surface, axis, key, hit, &mut reach, scratch)
+                        else {
+                            continue;
+                        };
+                        let weight = axes[axis] * share * goodness;
+                        found += record.irradiance(point, normal) * weight;
+                        cover += weight;
+                    }
+                }
+            }
+            if cover > 0.0 {
+                let taken = left * f64::min(1.0, 1.5 * cover);
+                sum += found * (taken / cover);
+                weight += taken;
+                left -= taken;
+            }
+            if left < 1e-3 {
+                break;
+            }
+        }
+        if weight >= 0.2 {
+            return sum / weight;
+        }
+        self.shader.alone.fetch_add(1, Ordering::Relaxed);
+        self.gather(surface, hash, scratch, |_| {}).irradiance.as_dvec3()
+    }
+
+    fn line(&self, key: LineKey) -> Arc<Line> {
+        let GiShader { lattice, lines, .. } = self.shader;
+        let changes = &self.stage.changes;
+        let holds = |line: &Line| {
+            let until = line.holds_until.load(Ordering::Relaxed);
+            let Some(mut news) = changes.since(until) else {
+                return false;
+            };
+            if news.any(|change| lattice.crosses(key, &change.before) || lattice.crosses(key, &change.after))
+            {
+                return false;
+            }
+            line.holds_until.fetch_max(changes.count(), Ordering::Relaxed);
+            true
+        };
+        lines.get(&key, holds).unwrap_or_else(|| {
+            let line = Line {
+                hits: lattice.crossings(key, self.paths.world.tracer()),
+                holds_until: AtomicU64::new(changes.count()),
+            };
+            lines.put(key, line)
+        })
+    }
+
+    /// The record at a crossing, if it has anything to say at a point, and how good it is there, up to 1.
+    fn record_for(
+        &self,
+        surface: &SurfacePoint,
+        axis: usize,
+        line: LineKey,
+        hit: &Hit,
+        reach: &mut f64,
+        scratch: &mut ShaderScratch,
+    ) -> Option<(Arc<Record>, f64)> {
+        let GiShader {
+            settings, records, ..
+        } = self.shader;
+        let (point, normal) = (surface.position, surface.shading_normal);
+        let upper = normal[axis] > 0.0;
+        let outwards = Lattice::direction(axis) * if upper { 1.0 } else { -1.0 };
+        let face = if hit.normal.dot(outwards) < 0.0 {
+            -hit.normal
+        } else {
+            hit.normal
+        };
+        let offset = point - hit.position;
+        let distance = offset.length();
+        if face.dot(normal) < 0.5
+            || offset.dot(face + normal) < -0.1 * distance
+            || distance > settings.tolerance * (*reach + distance)
+        {
+            return None;
+        }
+        let place = PlaceKey::new(line, hit, upper);
+        let world = self.paths.world;
+        let holds = |record: &Record| record.holds(&self.stage.changes, world.lights());
+        // Lifted off their surfaces, so that a curved one does not come between.
+        let lift = 0.2 * distance;
+        let (from, to) = (
+            surface.origin + normal * lift,
+            hit.position + face * (lift + hit.offset),
+        );
+        if world.tracer().occluded(from, to) {
+            return None;
+        }
+        // Nothing above may depend on whether the record is known already.
+        let record = records.get(&place, holds).unwrap_or_else(|| {
+            let at = world.surface(hit, -outwards);
+            records.put(place, self.make(&at, place.hash(settings.seed), scratch))
+        });
+        *reach = reach.min(record.gathered.mean_distance + distance);
+        let error = record.error(point, normal) / settings.tolerance;
+        (error < 1.0).then(|| (record, (2.0 - 2.0 * error).min(1.0)))
+    }
+
+    /// Makes a record.
+    fn make(&self, at: &SurfacePoint, hash: u64, scratch: &mut ShaderScratch) -> Record {
+        let GiShader {
+            settings, lattice, ..
+        } = self.shader;
+        self.shader.made.fetch_add(1, Ordering::Relaxed);
+        let mut ends = Vec::with_capacity((settings.rays[0] * settings.rays[1]) as usize);
+        let mut gathered = self.gather(at, hash, scratch, |end| ends.push(end));
+        // Where light changes fast a record reaches less far than the distances say.
+        let slope = Vec3::from_array(gathered.translation.map(luminance)).length();
+        let by_slope = f64::from(luminance(gathered.irradiance)) / f64::from(slope);
+        let natural = gathered
+            .mean_distance
+            .min(if by_slope > 0.0 { by_slope } else { f64::INFINITY });
+        // On the finest level records must reach each other; what a gradient says beyond the natural reach is toned down.
+        let finest = lattice.spacing(settings.levels as usize - 1);
+        let least = 2.0 * finest / settings.tolerance;
+        if natural < least {
+            gathered.translation = gathered.translation.map(|slope| slope * (natural / least) as f32);
+        }
+        Record {
+            position: at.position,
+            normal: at.shading_normal,
+            gathered,
+            reach: natural.clamp(least, self.shader.far.max(least)),
+            object: at.object,
+            ends: ends.into_boxed_slice(),
+            holds_until: AtomicU64::new(self.stage.changes.count()),
+        }
+    }
+
+    /// Gathers light over the hemisphere of a point; `end` gets the place where each ray ends.
+    fn gather(
+        &self,
+        at: &SurfacePoint,
+        hash: u64,
+        scratch: &mut ShaderScratch,
+        mut end: impl FnMut(Vec3),
+    ) -> Gathered {
+        let far = self.shader.far;
+        let mut random = Pcg64Mcg::new(u128::from(hash) << 64 | u128::from(!hash) | 1);
+        let mut paths_random = Pcg64Mcg::new(u128::from(!hash) << 64 | u128::from(hash) | 1);
+        let mut samples = std::mem::take(&mut scratch.samples);
+        let axes = frame(at.shading_normal);
+        let gathered = gather(
+            &axes,
+            self.shader.settings.rays,
+            &mut random,
+            &mut samples,
+            |direction| {
+                if !Paths::is_above(at, direction) {
+                    return Sample {
+                        radiance: Vec3::ZERO,
+                        distance: f32::INFINITY,
+                    };
+                }
+                let (radiance, distance) =
+                    self.paths
+                        .radiance(at.origin, direction, &mut paths_random, scratch);
+                end((at.position + direction * distance.min(far)).as_vec3());
+                Sample {
+                    radiance: radiance.as_vec3(),
+                    distance: distance as f32,
+                }
+            },
+        );
+        scratch.samples = samples;
+        gathered
+    }
+}
+
+impl Shader for GiShader {
+    fn name(&self) -> &str {
+        "gi"
+    }
+
+    fn shade(
+        &self,
+        requests: &[ShadeRequest],
+        seed: u64,
+        scratch: &mut ShaderScratch,
+        points: &mut Vec<ShadedPoint>,
+        met: &mut Encounters,
+    ) -> Result<(), ShaderError> {
+        let stage = self.current();
+        let world = &*stage.stage.world;
+        let lights = &stage.stage.lights;
+        let light = |settings| DirectLight::prepared(lights, world.tracer(), settings);
+        let batch = Batch {
+            shader: self,
+            stage: &stage,
+            paths: Paths {
+                world,
+                first: light(&self.direct),
+                later: light(&self.later),
+                bounces: self.settings.bounces,
+            },
+        };
+        let direct = light(&self.direct);
+        for request in requests {
+            let direction = unit_direction(request)?;
+            let Some(surface) = world.look(request.origin, direction) else {
+                points.push(background(world, request, direction));
+                continue;
+            };
+            let mut point = unlit(request, &surface);
+            let hash = ray_hash(seed, request.origin, direction);
+            let mut irradiance = DVec3::ZERO;
+            point.lights = direct_and_met(world, &direct, &surface, hash, scratch, met, |colour, answer| {
+                irradiance += colour * answer.irradiance;
+            });
+            irradiance += batch.indirect(&surface, hash, scratch);
+            let reflected = surface.albedo.as_dvec3() * irradiance * FRAC_1_PI;
+            point.colour = surface.emission + reflected.as_vec3();
+            points.push(point);
+        }
+        met.settle();
+        Ok(())
+    }
+
+    fn changed(&self, change: &SceneChange) {
+        let mut current = self.stage.write().unwrap_or_else(PoisonError::into_inner);
+        let mut changes = current.changes.clone();
+        changes.extend(&change.moves);
+        *current = Arc::new(GiStage {
+            stage: current.stage.moved(change),
+            changes,
+        });
+    }
+}
