@@ -15,6 +15,15 @@ const PASSES: [&str; 8] = [
     "project", "raster", "classify", "reach", "interp", "fill", "complex", "antial",
 ];
 
+/// How the bands of a pass run.
+#[derive(Clone, Copy)]
+enum How {
+    /// On as many threads.
+    AtOnce,
+    /// One after the other; the longest counts, which is what threads that do not disturb each other would take.
+    OneByOne,
+}
+
 struct Frame {
     image: EdgePointImage,
     picture: Picture,
@@ -54,8 +63,8 @@ impl Frame {
         })
     }
 
-    /// Milliseconds of each pass with `bands` bands at once.
-    fn run(&mut self, bands: usize) -> [f64; PASSES.len()] {
+    /// Milliseconds of each pass in `bands` bands.
+    fn run(&mut self, bands: usize, how: How) -> [f64; PASSES.len()] {
         let Self {
             image,
             picture,
@@ -63,67 +72,63 @@ impl Frame {
             segments,
         } = self;
         let mut times = [0.0; PASSES.len()];
-        let mut start = Instant::now();
-        let mut lap = |pass: usize| {
-            times[pass] = start.elapsed().as_secs_f64() * 1e3;
-            start = Instant::now();
-        };
+        let milliseconds = |start: Instant| start.elapsed().as_secs_f64() * 1e3;
+        let start = Instant::now();
         list.clear();
         list.extend(segments);
-        lap(0);
-        // Runs all bands of a pass, the first on this thread.
-        macro_rules! at_once {
-            ($bands:expr, $run:expr) => {
-                rayon::in_place_scope(|scope| {
-                    let mut bands = $bands;
-                    let first = bands.next();
-                    for band in bands {
-                        scope.spawn(move |_| $run(band));
+        times[0] = milliseconds(start);
+        macro_rules! pass {
+            ($number:expr, $bands:expr) => {
+                pass!($number, $bands, |band| band.run())
+            };
+            ($number:expr, $bands:expr, |$band:ident| $run:expr) => {
+                match how {
+                    How::AtOnce => {
+                        let start = Instant::now();
+                        rayon::in_place_scope(|scope| {
+                            let mut bands = $bands;
+                            let first = bands.next();
+                            for $band in bands {
+                                scope.spawn(move |_| $run);
+                            }
+                            if let Some($band) = first {
+                                $run;
+                            }
+                        });
+                        times[$number] = milliseconds(start);
                     }
-                    first.map($run);
-                })
+                    How::OneByOne => {
+                        for $band in $bands {
+                            let start = Instant::now();
+                            $run;
+                            times[$number] = milliseconds(start).max(times[$number]);
+                        }
+                    }
+                }
             };
         }
-        at_once!(
-            image.rasterize_bands(list, Some(Occlusion::default()), bands),
-            |band: llsr_epi::RasterizeBand<'_>| band.run()
-        );
-        lap(1);
-        at_once!(image.classify_bands(bands), |band: llsr_epi::ClassifyBand<'_>| {
-            band.run()
-        });
-        lap(2);
-        at_once!(image.reach_bands(bands), |band: llsr_epi::ReachBand<'_>| band
-            .run());
-        lap(3);
-        at_once!(
-            image.interpolate_bands(picture, bands),
-            |band: llsr_epi::InterpolateBand<'_>| band.run()
-        );
-        lap(4);
-        at_once!(image.fill_bands(picture, bands), |band: llsr_epi::FillBand<
-            '_,
-        >| band.run());
-        image.apply(picture);
-        lap(5);
-        at_once!(
-            image.complex_bands(picture, bands),
-            |band: llsr_epi::ComplexBand<'_>| band.run(|_, _| Vec3::ONE)
-        );
-        image.apply(picture);
-        lap(6);
-        at_once!(
-            image.antialias_bands(picture, bands),
-            |band: llsr_epi::AntialiasBand<'_>| band.run()
-        );
-        image.apply(picture);
-        lap(7);
+        let apply = |image: &mut EdgePointImage, picture: &mut Picture| {
+            let start = Instant::now();
+            image.apply(picture);
+            milliseconds(start)
+        };
+        pass!(1, image.rasterize_bands(list, Some(Occlusion::default()), bands));
+        pass!(2, image.classify_bands(bands));
+        pass!(3, image.reach_bands(bands));
+        pass!(4, image.interpolate_bands(picture, bands));
+        pass!(5, image.fill_bands(picture, bands));
+        times[5] += apply(image, picture);
+        pass!(6, image.complex_bands(picture, bands), |band| band
+            .run(|_, _| Vec3::ONE));
+        times[6] += apply(image, picture);
+        pass!(7, image.antialias_bands(picture, bands));
+        times[7] += apply(image, picture);
         times
     }
 
-    fn medians(&mut self, bands: usize, rounds: usize) -> [f64; PASSES.len()] {
-        self.run(bands);
-        let mut all: Vec<[f64; PASSES.len()]> = (0..rounds).map(|_| self.run(bands)).collect();
+    fn medians(&mut self, bands: usize, how: How, rounds: usize) -> [f64; PASSES.len()] {
+        self.run(bands, how);
+        let mut all: Vec<[f64; PASSES.len()]> = (0..rounds).map(|_| self.run(bands, how)).collect();
         std::array::from_fn(|pass| {
             all.sort_by(|a, b| a[pass].total_cmp(&b[pass]));
             all[rounds / 2][pass]
@@ -167,7 +172,7 @@ fn table() {
         let Some(mut frame) = Frame::new(512, 512, &edges, 0.5) else {
             return;
         };
-        let times = frame.medians(1, ROUNDS);
+        let times = frame.medians(1, How::OneByOne, ROUNDS);
         line(&name, &frame, &times);
     }
 }
@@ -182,7 +187,9 @@ fn sizes() {
         };
         let pixels = f64::from(width * height);
         let rounds = (ROUNDS * 512 * 512 / (width * height) as usize).clamp(7, ROUNDS);
-        let times = frame.medians(1, rounds).map(|ms| ms * 1e6 / pixels);
+        let times = frame
+            .medians(1, How::OneByOne, rounds)
+            .map(|ms| ms * 1e6 / pixels);
         if width == 256 {
             head("");
         }
@@ -203,13 +210,17 @@ fn threads() {
         let Some(mut frame) = Frame::new(width, height, &edges, 0.5) else {
             return;
         };
-        let one = frame.medians(1, ROUNDS);
-        let two = frame.medians(2, ROUNDS);
-        let name = format!("{set:?} {width}x{height}");
-        line(&name, &frame, &one);
-        line("  two", &frame, &two);
+        let one = frame.medians(1, How::OneByOne, ROUNDS);
+        line(&format!("{set:?} {width}x{height}"), &frame, &one);
         let sum = |times: &[f64]| times[1..].iter().sum::<f64>();
-        println!("  without projecting: {:.2}x", sum(&one) / sum(&two));
+        for (name, how) in [
+            ("  two threads", How::AtOnce),
+            ("  longer of two bands", How::OneByOne),
+        ] {
+            let two = frame.medians(2, how, ROUNDS);
+            line(name, &frame, &two);
+            println!("{:>24}: {:.2}x without projecting", "", sum(&one) / sum(&two));
+        }
     }
 }
 

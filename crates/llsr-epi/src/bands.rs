@@ -197,11 +197,15 @@ impl EdgePointImage {
     ) -> impl Iterator<Item = AntialiasBand<'a>> {
         self.check(picture);
         let rows = self.prepare(bands);
-        let (pixels, classes) = (&self.pixels, &self.classes);
-        by_rows(&mut self.scratch, rows, self.pixels.height).map(move |(rows, patches)| AntialiasBand {
-            pixels,
-            classes,
+        let level = self.level;
+        let source = antialias::Source {
+            pixels: &self.pixels,
+            classes: &self.classes,
             picture,
+        };
+        by_rows(&mut self.scratch, rows, self.pixels.height).map(move |(rows, patches)| AntialiasBand {
+            level,
+            source,
             rows,
             patches,
         })
@@ -386,9 +390,8 @@ impl ComplexBand<'_> {
 /// Rows whose simple pixels are to be blended; see [`EdgePointImage::antialias_bands`].
 #[derive(Debug)]
 pub struct AntialiasBand<'a> {
-    pixels: &'a Pixels,
-    classes: &'a Planes<CLASS_PLANES>,
-    picture: &'a Picture,
+    level: Level,
+    source: antialias::Source<'a>,
     rows: std::ops::Range<usize>,
     patches: &'a mut Patches,
 }
@@ -396,6 +399,6 @@ pub struct AntialiasBand<'a> {
 impl AntialiasBand<'_> {
     /// Does this part of the work.
     pub fn run(self) {
-        antialias::antialias(self.pixels, self.classes, self.picture, self.rows, self.patches);
+        simd::antialias(self.level, self.source, self.rows, self.patches);
     }
 }

@@ -65,6 +65,19 @@ impl std::fmt::Display for SizeError {
 
 impl std::error::Error for SizeError {}
 
+/// Where edges cross the lines of a pixel: masks of eighths, from left to right or from top to bottom.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PixelCrossings {
+    /// The upper boundary.
+    pub above: u8,
+    /// The left boundary.
+    pub left: u8,
+    /// The horizontal line through the middle; 0 without [`Settings::half_lines`].
+    pub through: u8,
+    /// The vertical line through the middle, likewise.
+    pub middle: u8,
+}
+
 /// How many pixels of each class an image has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClassCounts {
@@ -285,6 +298,29 @@ impl EdgePointImage {
         picture.multiply(&factor);
         self.filter_complex(picture, factor);
         self.antialias(picture);
+    }
+
+    /// The crossings of the upper and the left boundary of pixel (x, y) and of the lines through its middle; x = width and
+    /// y = height stand for the right and the lower border.
+    ///
+    /// # Panics
+    /// If x or y lies beyond these.
+    pub fn crossings(&self, x: u32, y: u32) -> PixelCrossings {
+        let (width, height) = self.size();
+        assert!(
+            x <= width && y <= height,
+            "no boundaries at ({x}, {y}) in {width}x{height}"
+        );
+        let (column, row) = (x as usize, y as usize);
+        let (inside_x, inside_y) = (x < width, y < height);
+        let at = |there: bool, line: &dyn Fn() -> u8| if there { line() } else { 0 };
+        let half = self.settings.half_lines && inside_x && inside_y;
+        PixelCrossings {
+            above: at(inside_x, &|| self.crossings.above(row)[column]),
+            left: at(inside_y, &|| self.crossings.left(row)[column]),
+            through: at(half, &|| self.crossings.through(row)[column]),
+            middle: at(half, &|| self.crossings.middle(row)[column]),
+        }
     }
 
     /// The edge of a pixel; needs [`classify`](Self::classify).

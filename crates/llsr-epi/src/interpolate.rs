@@ -51,6 +51,20 @@ impl Default for InterpolateScratch {
 /// Masks of a word of 64 pixels for the 25 taps of the window in scan order.
 pub(crate) type TapMasks = [u64; 25];
 
+/// The taps of the window beside its centre in groups of equal weight, as (column, row): under masks what a group holds is added
+/// up before it is weighted once. Groups are two by two, so that two sums grow side by side.
+pub(crate) const TAP_GROUPS: [[[(usize, usize); 4]; 2]; 3] = [
+    [[(2, 1), (1, 2), (3, 2), (2, 3)], [(1, 1), (3, 1), (1, 3), (3, 3)]],
+    [[(2, 0), (0, 2), (4, 2), (2, 4)], [(0, 0), (4, 0), (0, 4), (4, 4)]],
+    [[(1, 0), (0, 1), (4, 1), (3, 0)], [(1, 4), (0, 3), (4, 3), (3, 4)]],
+];
+
+/// The weights of a pair of [`TAP_GROUPS`].
+#[inline(always)]
+pub(crate) fn group_weights(kernel: &Kernel, pair: &[[(usize, usize); 4]; 2]) -> [f32; 2] {
+    pair.map(|group| kernel.weight(group[0].0 as isize - 2, group[0].1 as isize - 2))
+}
+
 /// The parts that SIMD modules replace. Columns count from the left end of the margin.
 pub(crate) trait Blocks {
     /// Sums of one block: weighted red, green, blue, and weight.
@@ -61,7 +75,8 @@ pub(crate) trait Blocks {
     fn down(rows: [&TileRow; 5], at: usize, taps: [f32; 3], out: &mut TileRow);
     /// Horizontal filter of the 16 pixels from column `at`.
     fn across(row: &TileRow, at: usize, taps: [f32; 3]) -> Self::Sums;
-    /// All 25 taps for the 16 pixels from column `at`, each under 16 bits of its mask from bit `shift`.
+    /// All 25 taps for the 16 pixels from column `at`, each under 16 bits of its mask from bit `shift`; a bit says that there is
+    /// a sample.
     fn masked(rows: [&TileRow; 5], at: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Self::Sums;
     /// Divides by the weight, turns it into a priority and stores both; returns the bits of pixels with a colour.
     ///
@@ -245,17 +260,23 @@ fn near_edges(classes: &Planes<CLASS_PLANES>, at: usize, y: usize) -> u64 {
 #[inline(always)]
 fn tap_masks(source: Source<'_>, at: usize, y: usize) -> TapMasks {
     let class = |dy: isize| source.classes.row(y as isize + dy);
-    let complex = class(0).plane(COMPLEX)[at];
     let mut masks = [0; 25];
-    masks[12] = class(0).plane(USABLE)[at] | complex;
+    masks[12] = class(0).plane(USABLE)[at];
     for (plane, (dx, dy)) in FORWARD.into_iter().enumerate() {
         let forward = source.reach.row(y as isize).plane(plane)[at];
         let usable = u64::load_beside(class(dy).plane(USABLE), at, dx);
-        masks[13 + plane] = forward & usable | complex;
+        masks[13 + plane] = forward & usable;
         // The opposite neighbour holds the bit of the pair.
         let backward = u64::load_beside(source.reach.row(y as isize - dy).plane(plane), at, -dx);
         let usable = u64::load_beside(class(-dy).plane(USABLE), at, -dx);
-        masks[11 - plane] = backward & usable | complex;
+        masks[11 - plane] = backward & usable;
+    }
+    let complex = class(0).plane(COMPLEX)[at];
+    if complex != 0 {
+        for (tap, mask) in masks.iter_mut().enumerate() {
+            let (dx, dy) = (tap as isize % 5 - 2, tap as isize / 5 - 2);
+            *mask |= complex & u64::load_beside(class(dy).plane(HAS_SAMPLE), at, dx);
+        }
     }
     masks
 }
@@ -303,17 +324,32 @@ impl Blocks for Portable {
 
     #[inline(always)]
     fn masked(rows: [&TileRow; 5], at: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Self::Sums {
-        let mut sums = [[0.0; BLOCK]; CHANNELS];
-        for (tap, &mask) in masks.iter().enumerate() {
-            let bits = (mask >> shift) as u16;
-            let (dx, row) = (tap % 5, tap / 5);
-            let weight = kernel.weight(dx as isize - 2, row as isize - 2);
-            let weights: [f32; BLOCK] = std::array::from_fn(|i| f32::from(bits >> i & 1) * weight);
-            for (row, sums) in rows[row].0.iter().zip(&mut sums) {
-                let row = &row[at + dx - 2..][..BLOCK];
-                for i in 0..BLOCK {
-                    sums[i] += weights[i] * row[i];
+        let add = |parts: &mut Self::Sums, (column, row): (usize, usize)| {
+            let bits = (masks[5 * row + column] >> shift) as u16;
+            let bit: [f32; BLOCK] = std::array::from_fn(|i| f32::from(bits >> i & 1));
+            let [colours @ .., count] = parts;
+            for (part, values) in colours.iter_mut().zip(&rows[row].0) {
+                let values = &values[at + column - 2..][..BLOCK];
+                for ((part, bit), value) in part.iter_mut().zip(&bit).zip(values) {
+                    *part += bit * value;
                 }
+            }
+            count.iter_mut().zip(&bit).for_each(|(count, bit)| *count += bit);
+        };
+        let weigh = |sums: &mut Self::Sums, weight: f32, parts: &Self::Sums| {
+            for (sum, part) in sums.as_flattened_mut().iter_mut().zip(parts.as_flattened()) {
+                *sum += weight * part;
+            }
+        };
+        let nothing = [[0.0; BLOCK]; CHANNELS];
+        let (mut sums, mut centre) = (nothing, nothing);
+        add(&mut centre, (2, 2));
+        weigh(&mut sums, kernel.weight(0, 0), &centre);
+        for pair in &TAP_GROUPS {
+            for (group, weight) in pair.iter().zip(group_weights(kernel, pair)) {
+                let mut parts = nothing;
+                group.iter().for_each(|&tap| add(&mut parts, tap));
+                weigh(&mut sums, weight, &parts);
             }
         }
         sums

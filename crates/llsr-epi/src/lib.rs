@@ -63,7 +63,7 @@ pub use bands::{
 pub use code::{EdgeCode, PixelClass, Reachability, RegionSide};
 pub use colour::MAX_COMPONENT;
 pub use edges::{EdgeList, ScreenSegment};
-pub use image::{ClassCounts, EdgePointImage, MAX_SIZE, Settings, SizeError};
+pub use image::{ClassCounts, EdgePointImage, MAX_SIZE, PixelCrossings, Settings, SizeError};
 pub use kernel::Kernel;
 pub use load::SamplePlanes;
 pub use occlusion::Occlusion;

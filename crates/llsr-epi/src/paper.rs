@@ -1,10 +1,14 @@
-//! Reachability in the words of the paper: one pixel at a time, by tables. Slow.
+//! Reconstruction in the words of the paper: one pixel at a time, by tables. Slow.
 //!
-//! For reading beside BWG03 section 5.2 and figure 6, and as the other half of the proof that the fast form
-//! ([`EdgePointImage::reach`]) does the same.
+//! For reading beside BWG03 section 5 and figure 6, and as the other half of the proof that the fast forms
+//! ([`EdgePointImage::reach`], [`interpolate`](EdgePointImage::interpolate), [`antialias`](EdgePointImage::antialias)) do the same.
 
-use crate::code::Reachability;
+use glam::Vec3;
+
+use crate::antialias::AROUND;
+use crate::code::{PixelClass, Reachability, RegionSide};
 use crate::image::EdgePointImage;
+use crate::picture::Picture;
 
 /// The 24-bit reachability mask of a pixel: bit i stands for neighbour i of the 5x5 window in scan order, without the centre.
 ///
@@ -54,20 +58,88 @@ fn step(
     from: (isize, isize),
     to: (isize, isize),
 ) -> Reachability {
+    let at = |(dx, dy): (isize, isize)| (x.wrapping_add_signed(dx as i32), y.wrapping_add_signed(dy as i32));
+    link(image, at(from), at(to))
+}
+
+/// Reachability between two neighbours.
+fn link(image: &EdgePointImage, from: (u32, u32), to: (u32, u32)) -> Reachability {
     let (width, height) = image.size();
-    let at = |(dx, dy): (isize, isize)| {
-        let x = i64::from(x) + dx as i64;
-        let y = i64::from(y) + dy as i64;
-        let inside = x >= 0 && y >= 0 && x < i64::from(width) && y < i64::from(height);
-        inside.then(|| image.edge(x as u32, y as u32))
-    };
+    let at = |(x, y): (u32, u32)| (x < width && y < height).then(|| image.edge(x, y));
     let (Some(a), Some(b)) = (at(from), at(to)) else {
         return Reachability::default();
     };
-    match (to.0 - from.0, to.1 - from.1) {
+    match (to.0.wrapping_sub(from.0) as i32, to.1.wrapping_sub(from.1) as i32) {
         (1, _) => Reachability::right(a, b),
         (-1, _) => Reachability::right(b, a).reversed(),
         (_, 1) => Reachability::down(a, b),
         _ => Reachability::down(b, a).reversed(),
     }
+}
+
+/// The interpolated colour of a pixel, and the filter weight that fell on reachable samples, in (0, 1] (section 5.3); none if
+/// there is no such sample.
+///
+/// A complex pixel takes every sample of its window, as if there were no edges (section 5.4).
+///
+/// # Panics
+/// If the pixel lies outside the image.
+pub fn interpolate(image: &EdgePointImage, x: u32, y: u32) -> Option<(Vec3, f32)> {
+    let (width, height) = image.size();
+    let complex = image.class(x, y) == PixelClass::Complex;
+    let mask = reach_mask(image, x, y);
+    let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+    for tap in 0..25 {
+        let (dx, dy) = (tap % 5 - 2, tap / 5 - 2);
+        let (u, v) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+        if u >= width || v >= height {
+            continue;
+        }
+        let bit = tap - i32::from(tap > 12);
+        let reached = tap == 12 || mask >> bit & 1 != 0;
+        let Some(sample) = image.sample(u, v) else {
+            continue;
+        };
+        let usable = image.edge(u, v).side(sample.position) == RegionSide::Primary;
+        if complex || reached && usable {
+            let weight = image.settings().kernel.weight(dx as isize, dy as isize);
+            sum += sample.colour * weight;
+            weights += weight;
+        }
+    }
+    (weights > 0.0).then(|| (sum / weights, weights))
+}
+
+/// The colour of a simple pixel after anti-aliasing, from a picture before it (section 5.3); none for pixels that stay as they
+/// are: those that are not simple, have no colour, or whose secondary region reaches no neighbour with a colour.
+///
+/// # Panics
+/// If the pixel lies outside the image.
+pub fn antialias(image: &EdgePointImage, picture: &Picture, x: u32, y: u32) -> Option<Vec3> {
+    let (width, height) = image.size();
+    let code = image.edge(x, y);
+    if code.class() != PixelClass::Simple || !picture.is_coloured(x, y) {
+        return None;
+    }
+    for rank in 0..5 {
+        let (dx, dy) = AROUND[code.lender(rank)];
+        let (u, v) = (x.wrapping_add_signed(dx as i32), y.wrapping_add_signed(dy as i32));
+        if u >= width || v >= height || !picture.is_coloured(u, v) {
+            continue;
+        }
+        let to = |from, to| link(image, from, to);
+        let centre = (x, y);
+        let reached = if dx == 0 || dy == 0 {
+            to(centre, (u, v))
+        } else {
+            let (beside, beyond) = ((u, y), (x, v));
+            let one = to(centre, beside).then(to(beside, (u, v)));
+            one.or(to(centre, beyond).then(to(beyond, (u, v))))
+        };
+        if reached.reaches(true, false) {
+            let share = code.primary_share();
+            return Some(picture.pixel(x, y) * share + picture.pixel(u, v) * (1.0 - share));
+        }
+    }
+    None
 }

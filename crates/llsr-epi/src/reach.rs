@@ -144,20 +144,18 @@ fn links_right<W: Lanes>(row: PlaneRow<'_, CLASS_PLANES>, words: usize, links: &
 
 #[inline(always)]
 fn links_right_at<W: Lanes>(row: PlaneRow<'_, CLASS_PLANES>, at: usize, links: &mut Links) {
-    let complex = row.plane(COMPLEX);
+    link_right::<W>(row, at, 0).store(links, at);
+}
+
+/// The link between the pixels dx beside those of words `at..` and their right neighbours, for dx in -2..=1.
+#[inline(always)]
+pub(crate) fn link_right<W: Lanes>(row: PlaneRow<'_, CLASS_PLANES>, at: usize, dx: isize) -> Link<W> {
+    let load = |plane: usize, dx: isize| W::load_beside(row.plane(plane), at, dx);
     meet(
-        W::load(complex, at).or(W::load_beside(complex, at, 1)),
-        [
-            W::load(row.plane(CORNER + 1), at),
-            W::load(row.plane(CORNER + 2), at),
-        ],
-        [
-            W::load_beside(row.plane(CORNER), at, 1),
-            W::load_beside(row.plane(CORNER + 3), at, 1),
-        ],
-        links,
-        at,
-    );
+        load(COMPLEX, dx).or(load(COMPLEX, dx + 1)),
+        [load(CORNER + 1, dx), load(CORNER + 2, dx)],
+        [load(CORNER, dx + 1), load(CORNER + 3, dx + 1)],
+    )
 }
 
 /// Links between the pixels of a row and those below.
@@ -185,52 +183,51 @@ fn links_down_at<W: Lanes>(
     at: usize,
     links: &mut Links,
 ) {
-    meet(
-        W::load(row.plane(COMPLEX), at).or(W::load(below.plane(COMPLEX), at)),
-        [
-            W::load(row.plane(CORNER + 3), at),
-            W::load(row.plane(CORNER + 2), at),
-        ],
-        [
-            W::load(below.plane(CORNER), at),
-            W::load(below.plane(CORNER + 1), at),
-        ],
-        links,
-        at,
-    );
+    link_down::<W>(row, below, at, 0).store(links, at);
 }
 
-/// Stores the four links over a boundary, which has two ends; `a` and `b` are set where an end lies in the secondary
+/// The link between the pixels dx beside those of words `at..` and those below, for dx in -2..=2.
+#[inline(always)]
+pub(crate) fn link_down<W: Lanes>(
+    row: PlaneRow<'_, CLASS_PLANES>,
+    below: PlaneRow<'_, CLASS_PLANES>,
+    at: usize,
+    dx: isize,
+) -> Link<W> {
+    let load = |row: PlaneRow<'_, CLASS_PLANES>, plane: usize| W::load_beside(row.plane(plane), at, dx);
+    meet(
+        load(row, COMPLEX).or(load(below, COMPLEX)),
+        [load(row, CORNER + 3), load(row, CORNER + 2)],
+        [load(below, CORNER), load(below, CORNER + 1)],
+    )
+}
+
+/// The link over a boundary, which has two ends; `a` and `b` are set where an end lies in the secondary
 /// region. At each end one region of the first pixel meets one of the second (see the tables' generator).
 #[inline(always)]
-fn meet<W: Lanes>(blocked: W, a: [W; 2], b: [W; 2], links: &mut Links, at: usize) {
-    let [pp, ps, sp, ss] = links;
+fn meet<W: Lanes>(blocked: W, a: [W; 2], b: [W; 2]) -> Link<W> {
     let neither = W::ones()
         .without(a[0].or(b[0]))
         .or(W::ones().without(a[1].or(b[1])));
-    neither.without(blocked).store(pp, at);
-    b[0].without(a[0])
-        .or(b[1].without(a[1]))
-        .without(blocked)
-        .store(ps, at);
-    a[0].without(b[0])
-        .or(a[1].without(b[1]))
-        .without(blocked)
-        .store(sp, at);
-    a[0].and(b[0]).or(a[1].and(b[1])).without(blocked).store(ss, at);
+    Link {
+        pp: neither.without(blocked),
+        ps: b[0].without(a[0]).or(b[1].without(a[1])).without(blocked),
+        sp: a[0].without(b[0]).or(a[1].without(b[1])).without(blocked),
+        ss: a[0].and(b[0]).or(a[1].and(b[1])).without(blocked),
+    }
 }
 
-/// What the primary region of a pixel reaches in another pixel.
+/// What a region of a pixel reaches in another pixel.
 #[derive(Clone, Copy)]
-struct Reached<W> {
-    primary: W,
-    secondary: W,
+pub(crate) struct Reached<W> {
+    pub(crate) primary: W,
+    pub(crate) secondary: W,
 }
 
 impl<W: Lanes> Reached<W> {
     /// On to the next pixel, over a link that leads there.
     #[inline(always)]
-    fn then(self, link: Link<W>) -> Self {
+    pub(crate) fn then(self, link: Link<W>) -> Self {
         Self {
             primary: self.primary.and(link.pp).or(self.secondary.and(link.sp)),
             secondary: self.primary.and(link.ps).or(self.secondary.and(link.ss)),
@@ -238,7 +235,7 @@ impl<W: Lanes> Reached<W> {
     }
 
     #[inline(always)]
-    fn or(self, other: Self) -> Self {
+    pub(crate) fn or(self, other: Self) -> Self {
         Self {
             primary: self.primary.or(other.primary),
             secondary: self.secondary.or(other.secondary),
@@ -248,11 +245,11 @@ impl<W: Lanes> Reached<W> {
 
 /// A link in the direction in which it is followed.
 #[derive(Clone, Copy)]
-struct Link<W> {
-    pp: W,
-    ps: W,
-    sp: W,
-    ss: W,
+pub(crate) struct Link<W> {
+    pub(crate) pp: W,
+    pub(crate) ps: W,
+    pub(crate) sp: W,
+    pub(crate) ss: W,
 }
 
 impl<W: Lanes> Link<W> {
@@ -268,6 +265,24 @@ impl<W: Lanes> Link<W> {
         }
     }
 
+    /// Keeps the links of words `at..`.
+    #[inline(always)]
+    fn store(self, [pp, ps, sp, ss]: &mut Links, at: usize) {
+        self.pp.store(pp, at);
+        self.ps.store(ps, at);
+        self.sp.store(sp, at);
+        self.ss.store(ss, at);
+    }
+
+    /// The first step, from a secondary region.
+    #[inline(always)]
+    pub(crate) fn start_secondary(self) -> Reached<W> {
+        Reached {
+            primary: self.sp,
+            secondary: self.ss,
+        }
+    }
+
     /// The first step, from a primary region.
     #[inline(always)]
     fn start(self) -> Reached<W> {
@@ -279,7 +294,7 @@ impl<W: Lanes> Link<W> {
 
     /// Followed the other way.
     #[inline(always)]
-    fn back(self) -> Self {
+    pub(crate) fn back(self) -> Self {
         Self {
             ps: self.sp,
             sp: self.ps,

@@ -14,6 +14,7 @@ mod x86;
 
 use glam::Vec3;
 
+use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::Crossings;
@@ -166,5 +167,19 @@ pub(crate) fn interpolate(
         Level::Portable => interpolate::interpolate::<interpolate::Portable>(source, scratch, band),
         #[cfg(target_arch = "x86_64")]
         wide => x86::interpolate(wide, source, scratch, band),
+    }
+}
+
+/// [`antialias::antialias`] for the given level.
+pub(crate) fn antialias(
+    level: Level,
+    source: antialias::Source<'_>,
+    rows: std::ops::Range<usize>,
+    patches: &mut Patches,
+) {
+    match level {
+        Level::Portable => antialias::antialias::<u64>(source, rows, patches),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::antialias(wide, source, rows, patches),
     }
 }

@@ -1,5 +1,6 @@
 //! Oracles and synthetic input for the edge-and-point image. Nothing here uses `llsr-epi`.
 
+pub mod crossings;
 pub mod edge_sets;
 pub mod flood;
 pub mod windows;

@@ -11,7 +11,9 @@ use glam::Vec3;
 use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::complex::{Cells, LANES, Reached, Sums};
-use crate::interpolate::{BLOCK, Blocks, CHANNELS, MARGIN, Output, TILE, TapMasks, TileRow};
+use crate::interpolate::{
+    BLOCK, Blocks, CHANNELS, MARGIN, Output, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
+};
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
 use crate::pixels::{SAMPLE, SAMPLE_SHIFT};
@@ -221,6 +223,40 @@ impl Cells for Avx2 {
     }
 }
 
+/// The window of eight pixels for taps under masks; `at` keeps off the ends of the rows by two floats at least.
+struct Window<'a> {
+    rows: [&'a TileRow; 5],
+    at: usize,
+    masks: &'a TapMasks,
+    shift: usize,
+}
+
+impl Window<'_> {
+    /// Adds the samples at one tap, and their number.
+    #[inline(always)]
+    fn add(&self, parts: &mut [__m256; CHANNELS], (column, row): (usize, usize)) {
+        let mask = lanes((self.masks[5 * row + column] >> self.shift) as u8);
+        for (part, values) in parts.iter_mut().zip(&self.rows[row].0).take(CHANNELS - 1) {
+            // SAFETY: two floats more on either side of the block lie in the row; the CPU has AVX2 (see `Avx2`).
+            unsafe {
+                let values = _mm256_loadu_ps(values.as_ptr().add(self.at + column - 2));
+                *part = _mm256_add_ps(*part, _mm256_and_ps(mask, values));
+            }
+        }
+        let count = &mut parts[CHANNELS - 1];
+        // SAFETY: the CPU has AVX2 (see `Avx2`).
+        *count = unsafe { _mm256_add_ps(*count, _mm256_and_ps(mask, _mm256_set1_ps(1.0))) };
+    }
+}
+
+#[inline(always)]
+fn weigh(sums: &mut [__m256; CHANNELS], weight: f32, parts: [__m256; CHANNELS]) {
+    for (sum, part) in sums.iter_mut().zip(parts) {
+        // SAFETY: the CPU has AVX2 (see `Avx2`).
+        *sum = unsafe { _mm256_add_ps(*sum, _mm256_mul_ps(_mm256_set1_ps(weight), part)) };
+    }
+}
+
 impl Blocks for Avx2 {
     type Sums = [[__m256; 2]; CHANNELS];
 
@@ -292,26 +328,34 @@ impl Blocks for Avx2 {
             "blocks lie between the margins"
         );
         // SAFETY: the CPU has AVX2 (see `Avx2`).
-        let mut sums = unsafe { [[_mm256_setzero_ps(); 2]; CHANNELS] };
-        for (dy, row) in rows.into_iter().enumerate() {
-            for dx in 0..5 {
-                let bits = masks[5 * dy + dx] >> shift;
-                let masks = [lanes(bits as u8), lanes((bits >> WIDTH) as u8)];
-                let weight = kernel.weight(dx as isize - 2, dy as isize - 2);
-                for (sums, row) in sums.iter_mut().zip(&row.0) {
-                    for (half, (sum, mask)) in sums.iter_mut().zip(masks).enumerate() {
-                        // SAFETY: by the assertion two floats more on either side of the block lie in the row; the CPU has
-                        // AVX2 (see `Avx2`).
-                        unsafe {
-                            let weight = _mm256_and_ps(mask, _mm256_set1_ps(weight));
-                            let row = _mm256_loadu_ps(row.as_ptr().add(at + half * WIDTH + dx - 2));
-                            *sum = _mm256_add_ps(*sum, _mm256_mul_ps(weight, row));
-                        }
-                    }
+        let mut all = unsafe { [[_mm256_setzero_ps(); 2]; CHANNELS] };
+        for half in 0..2 {
+            let window = Window {
+                rows,
+                at: at + half * WIDTH,
+                masks,
+                shift: shift + half * WIDTH,
+            };
+            // SAFETY: see above.
+            let nothing = unsafe { [_mm256_setzero_ps(); CHANNELS] };
+            let (mut sums, mut centre) = (nothing, nothing);
+            window.add(&mut centre, (2, 2));
+            weigh(&mut sums, kernel.weight(0, 0), centre);
+            for pair in &TAP_GROUPS {
+                let (mut first, mut second) = (nothing, nothing);
+                for (&one, &other) in pair[0].iter().zip(&pair[1]) {
+                    window.add(&mut first, one);
+                    window.add(&mut second, other);
                 }
+                let weights = group_weights(kernel, pair);
+                weigh(&mut sums, weights[0], first);
+                weigh(&mut sums, weights[1], second);
+            }
+            for (all, sum) in all.iter_mut().zip(sums) {
+                all[half] = sum;
             }
         }
-        sums
+        all
     }
 
     #[inline(always)]

@@ -11,7 +11,9 @@ use glam::Vec3;
 use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::complex::{Cells, LANES, Reached, Sums};
-use crate::interpolate::{BLOCK, Blocks, CHANNELS, MARGIN, Output, TILE, TapMasks, TileRow};
+use crate::interpolate::{
+    BLOCK, Blocks, CHANNELS, MARGIN, Output, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
+};
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
 use crate::pixels::SAMPLE;
@@ -185,6 +187,40 @@ impl Cells for Avx512 {
     }
 }
 
+/// The window of a block for taps under masks; `at` keeps off the ends of the rows by two floats at least.
+struct Window<'a> {
+    rows: [&'a TileRow; 5],
+    at: usize,
+    masks: &'a TapMasks,
+    shift: usize,
+}
+
+impl Window<'_> {
+    /// Adds the samples at one tap, and their number.
+    #[inline(always)]
+    fn add(&self, parts: &mut [__m512; CHANNELS], (column, row): (usize, usize)) {
+        let mask = (self.masks[5 * row + column] >> self.shift) as u16;
+        for (part, values) in parts.iter_mut().zip(&self.rows[row].0).take(CHANNELS - 1) {
+            // SAFETY: two floats more on either side of the block lie in the row; the CPU has AVX-512 (see `Avx512`).
+            unsafe {
+                let values = _mm512_loadu_ps(values.as_ptr().add(self.at + column - 2));
+                *part = _mm512_mask_add_ps(*part, mask, *part, values);
+            }
+        }
+        let count = &mut parts[CHANNELS - 1];
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        *count = unsafe { _mm512_mask_add_ps(*count, mask, *count, _mm512_set1_ps(1.0)) };
+    }
+}
+
+#[inline(always)]
+fn weigh(sums: &mut [__m512; CHANNELS], weight: f32, parts: [__m512; CHANNELS]) {
+    for (sum, part) in sums.iter_mut().zip(parts) {
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        *sum = unsafe { _mm512_add_ps(*sum, _mm512_mul_ps(_mm512_set1_ps(weight), part)) };
+    }
+}
+
 impl Blocks for Avx512 {
     type Sums = [__m512; CHANNELS];
 
@@ -250,22 +286,26 @@ impl Blocks for Avx512 {
             (MARGIN..=MARGIN + TILE - BLOCK).contains(&at),
             "blocks lie between the margins"
         );
+        let window = Window {
+            rows,
+            at,
+            masks,
+            shift,
+        };
         // SAFETY: the CPU has AVX-512 (see `Avx512`).
-        let mut sums = unsafe { [_mm512_setzero_ps(); CHANNELS] };
-        for (dy, row) in rows.into_iter().enumerate() {
-            for dx in 0..5 {
-                let mask = (masks[5 * dy + dx] >> shift) as u16;
-                let weight = kernel.weight(dx as isize - 2, dy as isize - 2);
-                for (sum, row) in sums.iter_mut().zip(&row.0) {
-                    // SAFETY: by the assertion two floats more on either side of the block lie in the row; the CPU has AVX-512
-                    // (see `Avx512`).
-                    unsafe {
-                        let weight = _mm512_maskz_mov_ps(mask, _mm512_set1_ps(weight));
-                        let row = _mm512_loadu_ps(row.as_ptr().add(at + dx - 2));
-                        *sum = _mm512_add_ps(*sum, _mm512_mul_ps(weight, row));
-                    }
-                }
+        let nothing = unsafe { [_mm512_setzero_ps(); CHANNELS] };
+        let (mut sums, mut centre) = (nothing, nothing);
+        window.add(&mut centre, (2, 2));
+        weigh(&mut sums, kernel.weight(0, 0), centre);
+        for pair in &TAP_GROUPS {
+            let (mut first, mut second) = (nothing, nothing);
+            for (&one, &other) in pair[0].iter().zip(&pair[1]) {
+                window.add(&mut first, one);
+                window.add(&mut second, other);
             }
+            let weights = group_weights(kernel, pair);
+            weigh(&mut sums, weights[0], first);
+            weigh(&mut sums, weights[1], second);
         }
         sums
     }

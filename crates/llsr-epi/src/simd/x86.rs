@@ -9,6 +9,7 @@ use glam::Vec3;
 use super::Level;
 use super::avx2::{self, Avx2};
 use super::avx512::{self, Avx512};
+use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::Crossings;
@@ -76,6 +77,12 @@ by_level!(interpolate, interpolate::interpolate::<Avx2>, interpolate::interpolat
     source: Source<'_>,
     scratch: &mut InterpolateScratch,
     band: &mut PictureBand<'_>
+));
+
+by_level!(antialias, antialias::antialias::<avx2::Words>, antialias::antialias::<avx512::Words>, (
+    source: antialias::Source<'_>,
+    rows: std::ops::Range<usize>,
+    patches: &mut Patches
 ));
 
 by_level!(filter_complex<F: Factor>, complex::filter::<Avx2, F>, complex::filter::<Avx512, F>, (
