@@ -24,8 +24,9 @@ pub use lamps::PreparedLights;
 pub use render::{Interrupted, Rendered, TILE, render, tile_count};
 pub use settings::{Method, Settings, Wasteful};
 pub use shader::{
-    DirectShader, Encounters, GiCounts, GiSettings, GiShader, MovedThing, Place, PlaceError, SceneChange,
-    SceneMove, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
+    DirectShader, Encounters, GiCounts, GiSettings, GiShader, GlossySettings, GlossyShader, MovedThing,
+    Place, PlaceError, SceneChange, SceneMove, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch,
+    World,
 };
 pub use statistics::{BlockCounts, FanCounts, HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
 pub use surface::SurfacePoint;

@@ -6,6 +6,7 @@
 mod direct;
 mod encounters;
 mod gi;
+mod glossy;
 mod look;
 mod scratch;
 mod world;
@@ -19,6 +20,7 @@ use llsr_scene::ObjectId;
 pub use direct::DirectShader;
 pub use encounters::Encounters;
 pub use gi::{GiCounts, GiSettings, GiShader};
+pub use glossy::{GlossySettings, GlossyShader};
 pub use scratch::ShaderScratch;
 pub use world::{MovedThing, Place, PlaceError, SceneChange, SceneMove, World};
 

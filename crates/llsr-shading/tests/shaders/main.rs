@@ -2,4 +2,5 @@
 
 mod direct;
 mod gi;
+mod glossy;
 mod support;

@@ -41,8 +41,8 @@ use crate::shader::{
 use crate::{DirectLight, Method, PreparedLights, Settings, SurfacePoint};
 use cache::Memory;
 use changes::Changes;
-pub(crate) use gather::Sample;
-use gather::{Gathered, frame, gather};
+use gather::{Gathered, gather};
+pub(crate) use gather::{Sample, frame, unit};
 use lattice::{LEVELS, Lattice, LineKey, PlaceKey};
 use path::Paths;
 use record::Record;
