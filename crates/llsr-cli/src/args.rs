@@ -46,6 +46,8 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Walk through a scene at interactive rates without a window (Bala et al. 2003), and report each frame
     Walk(WalkArgs),
+    /// Draw a scene's lines: silhouettes, creases, boundaries and shadow edges, as layers of an .svg
+    Edges(EdgesArgs),
     /// Measure error against run time, method by method
     Bench(BenchArgs),
     /// Say what a scene file holds: units, camera, lights, repairs and what was left out
@@ -287,6 +289,39 @@ pub(crate) enum Compare {
 }
 
 #[derive(Args, Clone, Debug)]
+#[command(after_help = EDGES)]
+pub(crate) struct EdgesArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// File to write; its ending is the format [default: edges.svg]
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: Option<PathBuf>,
+    /// What to write, whatever the name of the file says
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub(crate) format: Option<DrawingFormat>,
+    /// Keep hidden parts in a dashed layer
+    #[arg(long)]
+    pub(crate) hidden: bool,
+    /// Draw edges as creases whose faces enclose more than that angle, in degrees between their normals
+    #[arg(long, value_name = "DEG", default_value_t = 85.0, value_parser = crease)]
+    pub(crate) crease: f64,
+}
+
+const EDGES: &str = "Layers: silhouette, crease, boundary (borders of open surfaces); with lights also hard (edges of point lights'
+shadows), umbral and penumbral (where a linear light begins to be seen, and where it is seen whole).
+No light is needed for the first three.";
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DrawingFormat {
+    /// Lines in pixels, a layer a class, to be restyled in Inkscape or a browser
+    Svg,
+    /// The same lines in space (metres, frame of the scene's file), a group a class
+    Obj,
+    /// The lines over a quick picture of the scene
+    Png,
+}
+
+#[derive(Args, Clone, Debug)]
 pub(crate) struct BenchArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
@@ -331,6 +366,13 @@ fn field_of_view(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value < 180.0 => Ok(value),
         _ => Err("an angle above 0 and below 180 degrees is needed".to_owned()),
+    }
+}
+
+fn crease(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=180.0).contains(&value) => Ok(value),
+        _ => Err("an angle from 0 to 180 degrees is needed".to_owned()),
     }
 }
 

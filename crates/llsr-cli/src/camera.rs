@@ -128,11 +128,21 @@ fn inside(bounds: Bounds, tracer: &Tracer) -> Option<Camera> {
         return None;
     }
     const RAYS: u32 = 256;
-    let hits = directions(RAYS)
-        .filter(|&d| tracer.closest(center, d, f64::INFINITY).is_some())
-        .count();
+    let hits: Vec<_> = directions(RAYS)
+        .filter_map(|d| Some((d, tracer.closest(center, d, f64::INFINITY)?)))
+        .collect();
     // A window or an open door may let a tenth of the directions out.
-    if (hits as u32) < RAYS * 9 / 10 {
+    if (hits.len() as u32) < RAYS * 9 / 10 {
+        return None;
+    }
+    // A solid thing is seen from behind everywhere; if its surface does not follow the border, it is no room.
+    let is_near = |p: DVec3| {
+        let inner = (size * 0.5 - (p - center).abs()) / size;
+        inner.min_element() < 0.05
+    };
+    let near = hits.iter().filter(|(_, hit)| is_near(hit.position)).count();
+    let behind = hits.iter().filter(|(d, hit)| hit.normal.dot(*d) > 0.0).count();
+    if behind * 10 > hits.len() * 9 && near * 5 < hits.len() * 4 {
         return None;
     }
     let floor = f64::from(bounds.min.y);

@@ -3,10 +3,12 @@
 //! [`MeshEdges`] prepares one mesh, [`SceneEdges`] a whole scene with its instances and primitives. [`ShadowEdges`] are
 //! found in a [`ShadowScene`], which can take the edges of the meshes from either.
 
+mod drawing;
 mod mesh;
 mod shadow;
 mod view;
 
+pub use drawing::{Line, Part, Sight, Stroke, clip_to_picture, join, split_hidden};
 pub use mesh::{EdgeOptions, EdgeReport, EdgeScratch, FoundEdges, InvalidMesh, MeshEdges};
 pub use shadow::{
     ImportanceReport, ShadowEdge, ShadowEdges, ShadowKind, ShadowLight, ShadowMesh, ShadowObject,

@@ -51,8 +51,7 @@ impl SceneEdgeOptions {
 /// What a scene is looked at through.
 #[derive(Clone, Copy, Debug)]
 pub enum SceneView<'a> {
-    /// A picture: chords of curved outlines leave them by at most 1/20 of a pixel, and objects outside the picture have no
-    /// edges.
+    /// A picture: chords of curved outlines leave them by at most 1/20 of a pixel.
     Picture {
         /// The camera, in the scene's recentred frame.
         camera: &'a Camera,
@@ -251,7 +250,7 @@ impl SceneEdges {
     }
 
     /// Writes to `found` the silhouettes, creases and boundaries that the viewer may see, in the scene's recentred frame,
-    /// object by object; those hidden behind something are among them.
+    /// object by object; those hidden behind something are among them. Objects wholly outside a picture have none.
     ///
     /// Only the objects of `visible` are looked at, in its order, or all of them. Allocates nothing once `scratch` and
     /// `found` have grown to the largest view.
@@ -268,6 +267,9 @@ impl SceneEdges {
         found.clear();
         let mut statistics = QueryStatistics::default();
         let mut add = |object: ObjectId| {
+            if self.is_outside(&view, object) {
+                return;
+            }
             let did = self.find_object(view, object, scratch, found);
             statistics.nodes += did.nodes;
             statistics.blocks += did.blocks;
@@ -281,7 +283,17 @@ impl SceneEdges {
         statistics
     }
 
-    /// Appends the edges of one object to `found`.
+    /// True if an object lies wholly beyond one side of the view's picture or behind its camera.
+    fn is_outside(&self, view: &SceneView<'_>, object: ObjectId) -> bool {
+        let placed = &self.objects[object.index()];
+        let bounds = match placed.geometry {
+            Geometry::Mesh(mesh) => self.mesh(mesh).map_or(Bounds::EMPTY, MeshEdges::bounds),
+            Geometry::Primitive(primitive) => primitive.shape.bounds(),
+        };
+        is_outside(view, &corners(bounds, &placed.to_world))
+    }
+
+    /// Appends the edges of one object to `found`, wherever it stands.
     ///
     /// # Panics
     /// If there is no such object.
@@ -302,9 +314,6 @@ impl SceneEdges {
                 let Some(edges) = self.mesh(mesh) else {
                     return nothing;
                 };
-                if is_outside(&view, &corners(edges.bounds(), &placed.to_world)) {
-                    return nothing;
-                }
                 let Some(viewer) = local_viewpoint(to_object, view.eye()) else {
                     return nothing;
                 };
@@ -324,12 +333,9 @@ impl SceneEdges {
                 statistics
             }
             Geometry::Primitive(primitive) => {
-                let corners = corners(primitive.shape.bounds(), &placed.to_world);
-                if is_outside(&view, &corners) {
-                    return nothing;
-                }
                 let chords = match view {
                     SceneView::Picture { camera, viewport } => {
+                        let corners = corners(primitive.shape.bounds(), &placed.to_world);
                         outline_chords(radius_pixels(camera, viewport, &corners))
                     }
                     SceneView::Eye { chords, .. } => chords.max(3),

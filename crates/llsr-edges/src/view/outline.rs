@@ -26,9 +26,11 @@ impl Eye {
     }
 }
 
-/// Chords that stand for a circle of `radius_pixels` in a picture and leave it by at most 1/20 of a pixel; 16 to 1024.
+/// Chords or tangents that stand for a circle of `radius_pixels` in a picture and leave it by at most 1/20 of a pixel; 16 to
+/// 1024.
 pub fn outline_chords(radius_pixels: f64) -> u32 {
-    // The sagitta of a chord over the angle 2 pi / n is r (1 - cos(pi / n)), about r pi^2 / (2 n^2).
+    // The sagitta of a chord over the angle 2 pi / n is r (1 - cos(pi / n)), about r pi^2 / (2 n^2); so far outside do two
+    // tangents meet, too.
     let wanted = PI * (radius_pixels.max(0.0) / (2.0 * SAGITTA)).sqrt();
     wanted.clamp(16.0, 1024.0).ceil() as u32
 }
@@ -40,10 +42,14 @@ const SAGITTA: f64 = 0.05;
 ///
 /// The contour is a silhouette. The rim of a capped mantle is a silhouette where one side of it faces the viewer and a
 /// crease where both do, if the angle there is above `crease_degrees`; where both face away it is left out. Rims of
-/// uncapped mantles and of discs are boundaries. The second argument of `piece` numbers the curve: 0 and 1 for the
+/// uncapped mantles and of discs are boundaries.
+///
+/// Curves are replaced by tangents, not by chords: a viewer sees these beside the shape, while chords of a contour lie
+/// inside and would be hidden by the very surface whose contour they are. For the same reason all is drawn a few roundings
+/// (at least 2^-20 of the radius) outside. The second argument of `piece` numbers the curve: 0 and 1 for the
 /// contour's lines (0 for that of a sphere), 2 for the rim at the first end or the only one, 3 for that at the second.
-/// Chains that meet do so in bitwise equal points. A full circle has `chords` chords, an arc a share of them. There is nothing for
-/// a shape or transform that is not valid. Allocates nothing.
+/// Chains that meet do so in bitwise equal points. A full circle has `chords` tangents, an arc a share of them and one more.
+/// There is nothing for a shape or transform that is not valid. Allocates nothing.
 pub fn outline(
     shape: &Shape,
     transform: &Affine3A,
@@ -83,9 +89,15 @@ pub fn outline(
     if !to_local.is_finite() {
         return;
     }
+    // Ends are rounded to single precision where they are in the scene.
+    let columns = to_world.matrix3.to_cols_array_2d().map(DVec3::from_array);
+    let lengths = columns.map(DVec3::length);
+    let reach = to_world.translation.length() + lengths[0].max(lengths[1]).max(lengths[2]);
+    let outside = (f64::from(f32::EPSILON) * 2.0 * reach / lengths[0].min(lengths[1])).clamp(1e-6, 1e-3);
     let mut curve = Curve {
         to_world,
         chords: f64::from(chords.max(3)),
+        outside: 1.0 + outside,
         piece,
     };
     // The viewer as a homogeneous point: (e, w).
@@ -107,7 +119,7 @@ pub fn outline(
                     x: x * r,
                     y: y * r,
                 };
-                curve.arc(EdgeClass::Silhouette, 0, &circle, 0.0, TAU, 0.0);
+                curve.circle(EdgeClass::Silhouette, 0, &circle);
             }
         }
         Shape::Cylinder { capped, .. } => {
@@ -125,13 +137,14 @@ pub fn outline(
         } => {
             // The outward normal at angle a is (cos a, sin a, 1), and all tangent planes hold the tip.
             let front = Front::new(e, w - e.z);
-            curve.sides(&front, |_| DVec3::Z);
+            let tip = DVec3::Z * curve.outside;
+            curve.sides(&front, |_| tip);
             let slope = f64::from(radius).atan2(f64::from(base.distance(apex)));
             let crease = crease_degrees < 90.0 + slope.to_degrees();
             curve.rim(2, 0.0, &front, capped.then_some(e.z < 0.0), crease);
         }
         Shape::Disc { .. } => {
-            curve.arc(EdgeClass::Boundary, 2, &Circle::at_height(0.0), 0.0, TAU, 0.0);
+            curve.circle(EdgeClass::Boundary, 2, &Circle::at_height(0.0));
         }
     }
 }
@@ -182,8 +195,9 @@ impl Circle {
         }
     }
 
-    fn at(&self, angle: f64) -> DVec3 {
-        self.centre + self.x * angle.cos() + self.y * angle.sin()
+    /// The point at an angle, `scale` times as far from the centre as the circle.
+    fn at(&self, angle: f64, scale: f64) -> DVec3 {
+        self.centre + (self.x * angle.cos() + self.y * angle.sin()) * scale
     }
 }
 
@@ -191,6 +205,8 @@ struct Curve<F> {
     to_world: DAffine3,
     /// Segments of a full circle.
     chords: f64,
+    /// Factor by which everything is drawn too large.
+    outside: f64,
     piece: F,
 }
 
@@ -203,24 +219,40 @@ impl<F: FnMut(EdgeClass, u32, [Vec3; 2])> Curve<F> {
     fn sides(&mut self, front: &Front, top: impl Fn(DVec3) -> DVec3) {
         let base = Circle::at_height(0.0);
         for (number, angle) in (0..).zip(front.ends().into_iter().flatten()) {
-            let foot = base.at(angle);
+            let foot = base.at(angle, self.outside);
             let ends = [self.world(foot), self.world(top(foot))];
             (self.piece)(EdgeClass::Silhouette, number, ends);
         }
     }
 
-    /// The arc over the angles from `from` to `to`, ending exactly where the angle `last`, which is `to` up to full
-    /// turns, is.
-    fn arc(&mut self, class: EdgeClass, number: u32, circle: &Circle, from: f64, to: f64, last: f64) {
-        let count = ((to - from) / TAU * self.chords).ceil().max(1.0) as u32;
-        let mut before = self.world(circle.at(from));
+    /// A whole circle as a polygon around it.
+    fn circle(&mut self, class: EdgeClass, number: u32, circle: &Circle) {
+        let count = self.chords as u32;
+        let scale = self.outside / (PI / f64::from(count)).cos();
+        let corner = |i: u32| circle.at(TAU * f64::from(i % count) / f64::from(count), scale);
+        let mut before = self.world(corner(0));
         for i in 1..=count {
-            let angle = if i == count {
-                last
+            let next = self.world(corner(i));
+            (self.piece)(class, number, [before, next]);
+            before = next;
+        }
+    }
+
+    /// The arc over the angles from `from` to `to` as tangents, ending exactly where the angle `last`, which is `to` up to
+    /// full turns, is.
+    fn arc(&mut self, class: EdgeClass, number: u32, circle: &Circle, from: f64, to: f64, last: f64) {
+        // Tangents touch at both ends and at `count` - 1 points between.
+        let count = ((to - from) / TAU * self.chords).ceil().max(1.0) as u32;
+        let step = (to - from) / f64::from(count);
+        let scale = self.outside / (0.5 * step).cos();
+        let mut before = self.world(circle.at(from, self.outside));
+        for i in 0..=count {
+            let next = if i == count {
+                circle.at(last, self.outside)
             } else {
-                from + (to - from) * f64::from(i) / f64::from(count)
+                circle.at(from + step * (f64::from(i) + 0.5), scale)
             };
-            let next = self.world(circle.at(angle));
+            let next = self.world(next);
             (self.piece)(class, number, [before, next]);
             before = next;
         }
@@ -237,7 +269,7 @@ impl<F: FnMut(EdgeClass, u32, [Vec3; 2])> Curve<F> {
         };
         let Some([start, end]) = front.ends() else {
             if let Some(class) = class(front.half > 0.0) {
-                self.arc(class, number, &circle, 0.0, TAU, 0.0);
+                self.circle(class, number, &circle);
             }
             return;
         };
@@ -272,8 +304,24 @@ mod tests {
         for [a, b] in out {
             for p in [a, b].map(Vec3::as_dvec3) {
                 let normal = (p - center.as_dvec3()) / f64::from(radius);
-                assert!((normal.length() - 1.0).abs() < 1e-5, "{p} on the sphere");
-                assert!(normal.dot((eye - p).normalize()).abs() < 1e-5, "{p} seen edge-on");
+                assert!(
+                    (1.0..1.01).contains(&normal.length()),
+                    "{p} just outside the sphere"
+                );
+                assert!(normal.dot((eye - p).normalize()).abs() < 1e-2, "{p} seen edge-on");
+            }
+            // The tangent's middle touches, and no ray to it meets the sphere.
+            let (a, b) = (a.as_dvec3() - center.as_dvec3(), b.as_dvec3() - center.as_dvec3());
+            let middle = (a + b) * 0.5;
+            assert!(
+                (middle.length() / f64::from(radius) - 1.0).abs() < 1e-5,
+                "{middle} touches"
+            );
+            let eye = eye - center.as_dvec3();
+            for t in [0.0, 0.2, 0.5, 0.9] {
+                let ray = a + (b - a) * t - eye;
+                let nearest = eye + ray * (-eye.dot(ray) / ray.length_squared());
+                assert!(nearest.length() > f64::from(radius), "a ray past {nearest}");
             }
         }
         let inside = found(Shape::Sphere { center, radius }, Eye::At(center.as_dvec3()));
@@ -321,7 +369,7 @@ mod tests {
         };
         let lines = |eye| {
             let out = found(cone, eye);
-            out.iter().filter(|[_, b]| *b == Vec3::Z).count()
+            out.iter().filter(|[_, b]| b.distance(Vec3::Z) < 1e-5).count()
         };
         assert_eq!(lines(Eye::At(DVec3::Z * 4.0)), 0, "the whole mantle is in front");
         assert_eq!(
