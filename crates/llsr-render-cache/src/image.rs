@@ -292,6 +292,37 @@ impl PointImage {
         &self.planes.slot
     }
 
+    /// Takes the point of a pixel out of the picture and out of `store`, for callers who know better than the filter that it
+    /// is hidden. Does nothing where there is none. `store` must be that of the last
+    /// [`reproject`](Self::reproject), unchanged since then but for this.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    pub fn discard(&mut self, store: &mut PointStore, x: u32, y: u32) {
+        let (width, height) = self.size();
+        assert!(
+            x < width && y < height,
+            "pixel ({x}, {y}) outside {width}x{height}"
+        );
+        let i = y as usize * self.stride + x as usize;
+        let planes = &mut self.planes;
+        let slot = std::mem::replace(&mut planes.slot[i], NO_SLOT);
+        if slot == NO_SLOT {
+            return;
+        }
+        planes.region[i] = 0;
+        planes.age[i] = 0;
+        planes.depth[i] = f32::INFINITY;
+        planes.colour[i] = 0;
+        self.keys[i] = NO_KEY;
+        let rows = (height as usize).div_ceil(self.counts.len().max(1));
+        if let Some(counts) = self.counts.get_mut(y as usize / rows.max(1)) {
+            counts.occupied = counts.occupied.saturating_sub(1);
+            counts.hidden += 1;
+        }
+        store.discard(slot);
+    }
+
     /// The slot of the nearest point that fell into a pixel, even if it was dropped as hidden. It may have been replaced
     /// since.
     pub(crate) fn nearest_slot(&self, x: u32, y: u32) -> Option<usize> {

@@ -236,6 +236,20 @@ impl PointStore {
         moved
     }
 
+    /// Removes the point in a slot, if there is one.
+    pub(crate) fn discard(&mut self, slot: u32) {
+        let i = slot as usize;
+        if self.is_live(i) {
+            self.remove(i);
+        }
+    }
+
+    /// The object of the point in `slot`; `None` if there is no point.
+    pub fn object(&self, slot: u32) -> Option<u32> {
+        let i = slot as usize;
+        self.is_live(i).then(|| self.object[i])
+    }
+
     /// Removes all points.
     pub fn clear(&mut self) {
         self.apply(Fate::Remove, |_, _| true);

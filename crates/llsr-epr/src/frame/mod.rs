@@ -2,6 +2,7 @@
 
 mod blind;
 mod camera_path;
+mod hidden;
 mod lockstep;
 mod motion;
 mod patch;

@@ -11,6 +11,7 @@ use llsr_render_cache::{
 use llsr_scene::{Bounds, Camera, ObjectId, Scene, Viewport};
 use llsr_shading::{Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoint};
 
+use crate::frame::hidden::HiddenScratch;
 use crate::frame::motion::{LightSpan, Shade};
 use crate::frame::patch::{PatchScratch, patch};
 use crate::frame::predict::extrapolate;
@@ -118,6 +119,7 @@ struct Scratch {
     chosen: Vec<Request>,
     ahead: Vec<Request>,
     patch: PatchScratch,
+    hidden: HiddenScratch,
     /// Boxes in which something moved since the last frame.
     swept: Vec<Bounds>,
     shades: Vec<Shade>,
@@ -218,6 +220,11 @@ impl FrameRenderer {
     pub fn take(&mut self, points: &[ShadedPoint], met: &Encounters) {
         let start = Instant::now();
         for point in points {
+            // Asked for ahead, from where the camera may never be: behind a wall, say, that is seen from both sides.
+            let to_eye = self.camera.position.as_vec3() - point.position;
+            if self.frame > 0 && point.normal.dot(to_eye) <= 0.0 {
+                continue;
+            }
             let object = point.object.map_or(BACKGROUND, |id| id.0);
             let new = Point {
                 position: point.position,
@@ -294,12 +301,28 @@ impl FrameRenderer {
 
         self.list.clear();
         self.list.extend_world(&matrix, self.scratch.found.segments());
-        self.image.rasterize(&self.list, self.settings.occlusion);
-        self.image.classify();
         ms.rasterize = watch.lap();
 
+        let least = self.scratch.hidden.least_depths(&self.points);
+        load_points(&mut self.image, &self.points, least);
+        ms.points += watch.lap();
+        self.image.rasterize(&self.list, self.settings.occlusion);
+        self.image.classify();
+        ms.rasterize += watch.lap();
         self.image.reach();
         ms.reach = watch.lap();
+        let shone = self
+            .scratch
+            .hidden
+            .discard(&self.image, &mut self.points, &mut self.store);
+
+        load_points(&mut self.image, &self.points, self.points.depth_plane());
+        ms.points += watch.lap();
+        self.image.rasterize(&self.list, self.settings.occlusion);
+        self.image.classify();
+        ms.rasterize += watch.lap();
+        self.image.reach();
+        ms.reach += watch.lap();
 
         self.image.interpolate(&mut self.picture);
         let filled = self.image.fill(&mut self.picture, FILL_PASSES);
@@ -328,6 +351,7 @@ impl FrameRenderer {
             edges_in_picture: self.list.len(),
             pixels: self.image.class_counts(),
             points: self.points.counts(),
+            shone,
             new_points: self.coming.new_points,
             doubtful: self.coming.doubtful,
             filled,
@@ -375,12 +399,6 @@ impl FrameRenderer {
         let density = self.points.counts().occupied as f32 / self.viewport.pixels() as f32;
         let filter = DepthFilter::default().for_density(density);
         self.points.reproject(&self.store, &view, &filter);
-        self.image.load_samples(SamplePlanes {
-            stride: self.points.stride(),
-            region: self.points.region_plane(),
-            depth: self.points.depth_plane(),
-            colour: self.points.colour_plane(),
-        });
     }
 
     fn find_edges(&mut self, camera: &Camera) {
@@ -451,6 +469,16 @@ impl FrameRenderer {
         self.camera.axes = camera.axes;
         self.camera.projection = camera.projection;
     }
+}
+
+/// Makes the points the samples of the image, with depths in the layout of their planes.
+fn load_points(image: &mut EdgePointImage, points: &PointImage, depth: &[f32]) {
+    image.load_samples(SamplePlanes {
+        stride: points.stride(),
+        region: points.region_plane(),
+        depth,
+        colour: points.colour_plane(),
+    });
 }
 
 /// Rays through the chosen pixels, each through a place in its pixel that depends on seed, frame and pixel.

@@ -108,6 +108,8 @@ pub struct FrameReport {
     pub pixels: llsr_epi::ClassCounts,
     /// Pixels with a point, and pixels whose point shone through something nearer.
     pub points: llsr_render_cache::Counts,
+    /// Points that were found to lie behind what they reach, and are gone.
+    pub shone: usize,
     /// Points taken in since the last frame.
     pub new_points: usize,
     /// Points that a moving object or light put in doubt since the last frame.

@@ -171,7 +171,7 @@ impl FrameLine {
                 "simple": report.pixels.simple,
                 "complex": report.pixels.complex,
             },
-            "points": { "shown": report.points.occupied, "hidden": report.points.hidden },
+            "points": { "shown": report.points.occupied, "hidden": report.points.hidden, "shone": report.shone },
             "new_samples": report.new_points,
             "doubtful": report.doubtful,
             "filled": report.filled,

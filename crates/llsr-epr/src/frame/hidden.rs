@@ -1,0 +1,157 @@
+//! Points that shine through a nearer surface, found by what they reach.
+//!
+//! The filter of the cache knows no edges: it must spare points beside a silhouette, and so spares those that the nearer
+//! object has just moved over too; they fray its outline. With the edges known the question is simple: what a point
+//! reaches without crossing an edge lies on the same piece of surface. If such a point is clearly nearer, the farther one is
+//! hidden.
+
+use llsr_epi::EdgePointImage;
+use llsr_render_cache::{NO_SLOT, PointImage, PointStore};
+
+/// How much nearer, as a share of the depth, a point of another object must be: an object may run into another without an
+/// edge.
+const OTHER_OBJECT: f32 = 0.02;
+/// The same for points of one object and for each pixel between them: a surface seen at a grazing angle is that steep.
+const SAME_OBJECT: f32 = 0.06;
+/// Pixels that a point looks around, each way: those of the masks of reachability.
+const REACH: usize = 2;
+
+/// Working memory of the search for hidden points.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct HiddenScratch {
+    /// For each pixel the least depth of the points in the 5x5 pixels around it, in the layout of the planes of points.
+    least: Vec<f32>,
+    /// Least depth of five columns, for five rows in a ring.
+    across: [Vec<f32>; 5],
+    padded: Vec<f32>,
+    hidden: Vec<(u32, u32)>,
+}
+
+impl HiddenScratch {
+    /// Works out the least depths around each pixel.
+    ///
+    /// As depths of the points they make occlusion culling of edges stricter: a far point among near ones no longer lets the far
+    /// edges around it through, which would wall it in and keep it from being found.
+    pub(crate) fn least_depths(&mut self, points: &PointImage) -> &[f32] {
+        let (width, height) = points.size();
+        let (columns, rows, stride) = (width as usize, height as usize, points.stride());
+        let depths = points.depth_plane();
+        let fill = |v: &mut Vec<f32>, len: usize| {
+            v.clear();
+            v.resize(len, f32::INFINITY);
+        };
+        self.across.iter_mut().for_each(|row| fill(row, columns));
+        fill(&mut self.padded, columns + 2 * REACH);
+        if self.least.len() != depths.len() {
+            fill(&mut self.least, depths.len());
+        }
+        let padded = &mut self.padded;
+        let mut load = |y: usize, across: &mut [Vec<f32>; 5]| {
+            let row = &mut across[y % 5][..columns];
+            if y >= rows {
+                row.fill(f32::INFINITY);
+                return;
+            }
+            padded[REACH..REACH + columns].copy_from_slice(&depths[y * stride..][..columns]);
+            let shifted: [&[f32]; 5] = std::array::from_fn(|i| &padded[i..i + columns]);
+            least_of(shifted, row);
+        };
+        for y in 0..REACH {
+            load(y, &mut self.across);
+        }
+        for y in 0..rows {
+            load(y + REACH, &mut self.across);
+            let five = self.across.each_ref().map(|row| &row[..columns]);
+            least_of(five, &mut self.least[y * stride..][..columns]);
+        }
+        &self.least
+    }
+
+    /// Takes the points that are hidden behind what they reach out of picture and cache; the edge-and-point image keeps them.
+    /// Returns how many.
+    ///
+    /// The image must know what is reachable, and [`least_depths`](Self::least_depths) must be those of `points`.
+    pub(crate) fn discard(
+        &mut self,
+        image: &EdgePointImage,
+        points: &mut PointImage,
+        store: &mut PointStore,
+    ) -> usize {
+        let (width, height) = points.size();
+        let (columns, stride) = (width as usize, points.stride());
+        self.hidden.clear();
+        for y in 0..height as usize {
+            let own = &points.depth_plane()[y * stride..][..columns];
+            let least = &self.least[y * stride..][..columns];
+            for (block, (own, least)) in own.chunks(64).zip(least.chunks(64)).enumerate() {
+                let jump =
+                    |own: f32, least: f32| (own < f32::INFINITY) & (own * (1.0 - OTHER_OBJECT) > least);
+                // Most pixels see no jump of depth: asked for many at once.
+                let any = own
+                    .iter()
+                    .zip(least)
+                    .fold(false, |any, (&own, &least)| any | jump(own, least));
+                if !any {
+                    continue;
+                }
+                for (i, (&own, &least)) in own.iter().zip(least).enumerate() {
+                    let x = block * 64 + i;
+                    if jump(own, least) && is_hidden(image, points, store, (x, y), own) {
+                        self.hidden.push((x as u32, y as u32));
+                    }
+                }
+            }
+        }
+        for &(x, y) in &self.hidden {
+            points.discard(store, x, y);
+        }
+        self.hidden.len()
+    }
+}
+
+/// The least of five values, for each column.
+#[inline(always)]
+fn least_of([a, b, c, d, e]: [&[f32]; 5], out: &mut [f32]) {
+    let n = out.len();
+    let (a, b, c, d, e) = (&a[..n], &b[..n], &c[..n], &d[..n], &e[..n]);
+    let less = |a: f32, b: f32| if a < b { a } else { b };
+    for x in 0..n {
+        out[x] = less(less(a[x], b[x]), less(less(c[x], d[x]), e[x]));
+    }
+}
+
+/// Does the point of a pixel reach one that is clearly nearer?
+fn is_hidden(
+    image: &EdgePointImage,
+    points: &PointImage,
+    store: &PointStore,
+    (x, y): (usize, usize),
+    depth: f32,
+) -> bool {
+    let mut mask = image.reach_mask(x as u32, y as u32);
+    let stride = points.stride();
+    let object = store.object(points.slot_plane()[y * stride + x]);
+    while mask != 0 {
+        let bit = mask.trailing_zeros() as usize;
+        mask &= mask - 1;
+        // The window in scan order without its centre.
+        let tap = bit + usize::from(bit >= 12);
+        let (dx, dy) = (tap % 5, tap / 5);
+        // What is reached lies in the picture.
+        let i = (y + dy - REACH) * stride + x + dx - REACH;
+        let slot = points.slot_plane()[i];
+        if slot == NO_SLOT {
+            continue;
+        }
+        let near = points.depth_plane()[i];
+        let tolerance = if store.object(slot) == object {
+            SAME_OBJECT * dx.abs_diff(REACH).max(dy.abs_diff(REACH)) as f32
+        } else {
+            OTHER_OBJECT
+        };
+        if near < depth * (1.0 - tolerance) {
+            return true;
+        }
+    }
+    false
+}
