@@ -247,7 +247,10 @@ pub(crate) struct WalkArgs {
     /// What samples are shaded with
     #[arg(long, value_enum, default_value_t = WalkShader::Direct)]
     pub(crate) shader: WalkShader,
-    /// New samples a frame [default: 1% of the pixels]
+    /// Shade on threads of their own while frames are drawn, instead of a fixed number of samples between frames
+    #[arg(long)]
+    pub(crate) live: bool,
+    /// New samples a frame, with --live at most [default: 1% of the pixels]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) samples_per_frame: Option<u32>,
     /// Time the same shader on every pixel too, one sample each, on the same cores
@@ -280,6 +283,10 @@ Without it the camera goes straight on at 1.4 m/s (slower in small scenes) and t
 pub(crate) enum WalkShader {
     /// Direct light and a constant for the rest
     Direct,
+    /// Direct light, traced glossy reflections and a constant for the rest
+    Glossy,
+    /// Direct light and global illumination
+    Gi,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

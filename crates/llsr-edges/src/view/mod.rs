@@ -4,6 +4,8 @@ mod found;
 mod outline;
 mod warning;
 
+use std::sync::Arc;
+
 use glam::{Affine3A, DAffine3, DMat3, DVec3};
 use llsr_intervals::{QueryStatistics, Viewpoint};
 use llsr_scene::{Bounds, Camera, Geometry, Mesh, MeshId, ObjectId, Projection, Scene, Viewport};
@@ -110,7 +112,7 @@ pub struct SceneScratch {
 #[derive(Clone, Debug)]
 pub struct SceneEdges {
     /// For each mesh of the scene its edges, if an object shows it and it is valid.
-    meshes: Vec<Option<MeshEdges>>,
+    meshes: Vec<Option<Arc<MeshEdges>>>,
     objects: Vec<Placed>,
     /// Crease angle of primitives (degrees).
     crease_degrees: f64,
@@ -169,7 +171,7 @@ impl SceneEdges {
         }
         let prepare = |index: usize, mesh: &Mesh| {
             used[index]
-                .then(|| MeshEdges::new(mesh, options.of_mesh(index)).ok())
+                .then(|| MeshEdges::new(mesh, options.of_mesh(index)).ok().map(Arc::new))
                 .flatten()
         };
         let meshes = prepare_all(&scene.meshes, prepare);
@@ -201,7 +203,12 @@ impl SceneEdges {
 
     /// The edges of a mesh, if an object shows it and it is valid.
     pub fn mesh(&self, mesh: MeshId) -> Option<&MeshEdges> {
-        self.meshes.get(mesh.index())?.as_ref()
+        self.meshes.get(mesh.index())?.as_deref()
+    }
+
+    /// The same to be kept and shared, say with a [`ShadowScene`](crate::ShadowScene).
+    pub fn shared_mesh(&self, mesh: MeshId) -> Option<Arc<MeshEdges>> {
+        self.meshes.get(mesh.index())?.clone()
     }
 
     /// The edges of an object's mesh, in its own frame; `None` for a primitive and for a mesh without edges.
@@ -364,8 +371,8 @@ impl SceneEdges {
 
 fn prepare_all(
     meshes: &[Mesh],
-    prepare: impl Fn(usize, &Mesh) -> Option<MeshEdges> + Sync,
-) -> Vec<Option<MeshEdges>> {
+    prepare: impl Fn(usize, &Mesh) -> Option<Arc<MeshEdges>> + Sync,
+) -> Vec<Option<Arc<MeshEdges>>> {
     let prepare = |(index, mesh): (usize, &Mesh)| prepare(index, mesh);
     #[cfg(feature = "rayon")]
     {

@@ -9,6 +9,7 @@ mod patch;
 mod predict;
 mod renderer;
 mod settings;
+mod shadows;
 
 pub use blind::BlindInterpolation;
 pub use camera_path::{CameraPath, CameraPathError};

@@ -16,6 +16,7 @@ use crate::frame::motion::{LightSpan, Shade};
 use crate::frame::patch::{PatchScratch, patch};
 use crate::frame::predict::extrapolate;
 use crate::frame::settings::{FrameReport, FrameSettings, StageTimes};
+use crate::frame::shadows::Shadows;
 
 /// Object of points of the background.
 const BACKGROUND: u32 = u32::MAX;
@@ -77,6 +78,7 @@ pub struct FrameRenderer {
     viewport: Viewport,
     settings: FrameSettings,
     edges: SceneEdges,
+    shadows: Option<Shadows>,
     /// For each object the last frame in which a sample met it.
     seen: Vec<u64>,
     lights: Vec<LightSpan>,
@@ -148,6 +150,7 @@ impl FrameRenderer {
         Ok(Self {
             viewport,
             settings,
+            shadows: settings.shadow_edges.then(|| Shadows::new(scene, &edges)),
             edges,
             seen: vec![0; scene.objects.len()],
             lights: scene.lights.iter().map(LightSpan::of).collect(),
@@ -245,6 +248,9 @@ impl FrameRenderer {
         for &object in &met.objects {
             self.see(Some(object));
         }
+        if let Some(shadows) = &mut self.shadows {
+            shadows.meet(&met.triples);
+        }
         self.coming.points += milliseconds(start);
     }
 
@@ -261,6 +267,9 @@ impl FrameRenderer {
                     let transform = *change.world.transform(object);
                     let motion = transform * self.edges.transform(object).inverse();
                     self.edges.set_transform(object, transform);
+                    if let Some(shadows) = &mut self.shadows {
+                        shadows.move_object(object, transform);
+                    }
                     self.see(Some(object));
                     self.store.move_object(object.0, &motion);
                     let fate = self.doubt();
@@ -272,7 +281,11 @@ impl FrameRenderer {
                         .extend(boxes.into_iter().filter(|bounds| !bounds.is_empty()));
                 }
                 MovedThing::Light(light) => {
-                    self.lights[light.index()] = LightSpan::of(&change.world.lights()[light.index()]);
+                    let now = &change.world.lights()[light.index()];
+                    self.lights[light.index()] = LightSpan::of(now);
+                    if let Some(shadows) = &mut self.shadows {
+                        shadows.move_light(light, now);
+                    }
                     self.relit = true;
                 }
             }
@@ -297,6 +310,8 @@ impl FrameRenderer {
         ms.points = watch.lap() + self.coming.points;
 
         self.find_edges(camera);
+        let shadow_edges = self.shadows.as_mut().map_or(&[][..], Shadows::update);
+        let shadow_edge_count = shadow_edges.len();
         ms.edges = watch.lap();
 
         self.list.clear();
@@ -316,8 +331,10 @@ impl FrameRenderer {
             .hidden
             .discard(&self.image, &mut self.points, &mut self.store);
 
+        // From here on with shadows too: a jump of depth is not theirs.
         load_points(&mut self.image, &self.points, self.points.depth_plane());
         ms.points += watch.lap();
+        self.list.extend_world(&matrix, shadow_edges);
         self.image.rasterize(&self.list, self.settings.occlusion);
         self.image.classify();
         ms.rasterize += watch.lap();
@@ -347,7 +364,7 @@ impl FrameRenderer {
                 ..ms
             },
             silhouette_edges: self.scratch.found.len(),
-            shadow_edges: 0,
+            shadow_edges: shadow_edge_count,
             edges_in_picture: self.list.len(),
             pixels: self.image.class_counts(),
             points: self.points.counts(),

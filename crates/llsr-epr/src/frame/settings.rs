@@ -8,6 +8,8 @@ use llsr_render_cache::{AgeRule, Replacement};
 pub struct FrameSettings {
     /// Angle between the normals of two faces from which on their common edge is drawn (degrees, 0 to 180; BWG03 section 6.2).
     pub crease_degrees: f64,
+    /// Find the edges of the shadows that shaders meet (BWG03 sections 6.3 to 6.5).
+    pub shadow_edges: bool,
     /// The interpolation filter.
     pub kernel: Kernel,
     /// Rebuild complex pixels in quarters (BWG03 section 5.4).
@@ -36,6 +38,7 @@ impl Default for FrameSettings {
     fn default() -> Self {
         Self {
             crease_degrees: 85.0,
+            shadow_edges: true,
             kernel: Kernel::PEAKED,
             complex: true,
             occlusion: Some(Occlusion::default()),

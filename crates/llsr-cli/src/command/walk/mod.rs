@@ -1,18 +1,20 @@
 //! `llsr walk`: frames along a camera path, without a window.
 
+mod drive;
 mod kept;
 mod report;
 mod stage;
 
 use std::sync::Arc;
 
-use llsr_epr::{CameraPath, FrameRenderer, FrameSettings, LockstepRenderer, ray_trace};
+use llsr_epr::{CameraPath, FrameRenderer, FrameSettings, ray_trace};
 use llsr_scene::{Camera, Scene, Viewport};
-use llsr_shading::{DirectShader, Shader, World};
+use llsr_shading::{DirectShader, GiSettings, GiShader, GlossySettings, GlossyShader, Shader, World};
 
 use crate::args::{Common, Compare, WalkArgs, WalkShader};
 use crate::camera;
 use crate::clock::{Seconds, Stopwatch};
+use crate::command::walk::drive::Drive;
 use crate::command::walk::kept::Keeper;
 use crate::command::walk::report::{FrameLine, Walk};
 use crate::command::walk::stage::{Motion, add_grid};
@@ -54,9 +56,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let renderer = FrameRenderer::new(&scene, viewport, settings)
         .map_err(|error| Failure::Usage(format!("--size: {error}")))?;
     let mut world = Arc::new(world);
-    let shader: Box<dyn Shader> = match args.shader {
-        WalkShader::Direct => Box::new(DirectShader::new(Arc::clone(&world), world.suggested_ambient())),
-    };
+    let shader = make_shader(args, &world);
     let build_seconds = watch.read();
 
     let warnings: Vec<String> = loaded
@@ -73,8 +73,8 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
         .samples_per_frame
         .map_or_else(|| (viewport.pixels() / 100).max(1), |n| n as usize);
     let frames = path.cameras.len();
-    let mut lockstep = LockstepRenderer::new(renderer, samples);
-    let mut keeper = Keeper::new(args, &lockstep.renderer)?;
+    let mut keeper = Keeper::new(args, &renderer)?;
+    let mut drive = Drive::new(args, renderer, Arc::clone(&shader), samples)?;
     let mut walk = Walk {
         scene: args.scene.scene.clone(),
         triangles: scene.triangle_count(),
@@ -97,16 +97,16 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
             let change = world
                 .moved(&[motion.place(frame)])
                 .map_err(|error| Failure::Work(format!("--move: {error}")))?;
-            shader.changed(&change);
-            lockstep.renderer.changed(&change);
+            drive.changed(&change);
             world = change.world;
         }
         if frame == 0 {
-            walk.warm_up_samples = lockstep.warm_up(&*shader, camera);
+            walk.warm_up_samples = drive.warm_up(camera);
         }
-        lockstep.draw(camera);
+        let watch = if frame == 0 { Stopwatch::start() } else { watch };
+        drive.draw(camera);
         let drawn = watch.read();
-        let report = *lockstep.renderer.report();
+        let report = *drive.renderer().report();
         let mut error = None;
         if kept(frame) {
             if args.compare == Some(Compare::Raytrace) && raytraced.len() < TIMED_PICTURES {
@@ -114,11 +114,11 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
                 ray_trace(&*shader, camera, viewport, 1, common.seed).map_err(shader_failed)?;
                 raytraced.push(watch.read());
             }
-            error = keeper.keep(frame, &lockstep.renderer, &*shader, camera)?;
+            error = keeper.keep(frame, drive.renderer(), &*shader, camera)?;
         }
         let watch = Stopwatch::start();
         if frame + 1 < frames {
-            lockstep.shade(&*shader);
+            drive.shade();
         }
         let shaded = watch.read();
         let seconds = Seconds {
@@ -135,13 +135,16 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
         }
     }
     progress.finish();
-    let trouble = lockstep.trouble();
-    walk.shader_errors = (trouble.errors + trouble.panics) as u64;
-    if let Some(error) = &trouble.last_error {
-        let failed = trouble.failed;
-        eprintln!("warning: the shader lost {failed} samples; the last time: {error}");
+    let trouble = drive.trouble();
+    walk.shader_errors = trouble.errors;
+    if let Some(error) = &trouble.last {
+        eprintln!(
+            "warning: the shader lost {} samples; the last time: {error}",
+            trouble.failed
+        );
     }
-    walk.finish(&lockstep.renderer, &raytraced);
+    walk.live = trouble.live;
+    walk.finish(drive.renderer(), &raytraced);
     if let Some(path) = &common.report {
         reports::write_json(path, &walk.json())?;
     }
@@ -150,6 +153,21 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
         keeper.print();
     }
     Ok(())
+}
+
+fn make_shader(args: &WalkArgs, world: &Arc<World>) -> Arc<dyn Shader> {
+    let (world, ambient) = (Arc::clone(world), world.suggested_ambient());
+    match args.shader {
+        WalkShader::Direct => Arc::new(DirectShader::new(world, ambient)),
+        WalkShader::Glossy => Arc::new(GlossyShader::new(
+            world,
+            &GlossySettings {
+                ambient,
+                ..GlossySettings::default()
+            },
+        )),
+        WalkShader::Gi => Arc::new(GiShader::new(world, &GiSettings::default())),
+    }
 }
 
 fn shader_failed(error: String) -> Failure {

@@ -29,6 +29,8 @@ pub(crate) struct Walk {
     pub(crate) warm_up_samples: usize,
     pub(crate) frames: Vec<FrameLine>,
     pub(crate) shader_errors: u64,
+    /// Counts of the pool, in live mode.
+    pub(crate) live: Option<Value>,
     pub(crate) summary: Summary,
 }
 
@@ -102,6 +104,7 @@ impl Walk {
             "seconds": seconds(|s| s.wall),
             "cpu_seconds": seconds(|s| s.cpu),
             "shader_errors": self.shader_errors,
+            "live": self.live,
             "warnings": self.warnings,
             "frames": frames,
             "summary": self.summary.json(&self.frames),
