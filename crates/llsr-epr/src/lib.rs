@@ -4,10 +4,12 @@
 //! ("BWG03"). [`FrameRenderer`] makes interactive frames, most of whose pixels were shaded in earlier ones, and
 //! [`LockstepRenderer`] or a [`ShaderPool`] feeds it; [`render_still`] makes a finished picture from a few percent of shaded pixels.
 
+mod external;
 mod frame;
 mod pool;
 mod still;
 
+pub use external::{ExternalSettings, ExternalShader, MAX_LINE, PROTOCOL, Peer, split_words};
 pub use frame::{
     BlindInterpolation, CameraPath, CameraPathError, FrameError, FrameRenderer, FrameReport, FrameSettings,
     LockstepRenderer, StageTimes, ray_trace,
