@@ -5,6 +5,7 @@ mod figures;
 mod golden;
 mod layers;
 mod run;
+mod silhouettes;
 mod stats;
 mod stress;
 mod tables;
@@ -21,6 +22,8 @@ cargo xtask TASK
 
   golden [--bless NAME]   compare the golden pictures, or write one anew
   stress [SHARE]          exact visibility and intervals against exact arithmetic, millions of cases
+  silhouettes check FOLDER [VIEWS]   silhouettes of all meshes there against brute force
+  silhouettes time [FOLDER] [VIEWS]  how fast they are found; build with --release
   figures of99            the figures and tables of the 1999 paper, into docs/papers/of99
 
   fmt clippy doc msrv tidy layers stats deny     one check alone
@@ -55,6 +58,7 @@ fn main() -> ExitCode {
         Some("ci") => checks::test(rest).and_then(|()| all_checks()),
         Some("golden") => golden::run(rest),
         Some("figures") => figures::run(rest),
+        Some("silhouettes") => silhouettes::run(rest),
         Some("stress") => stress::run(rest),
         Some(name) => match CHECKS.iter().find(|check| check.0 == name) {
             Some((_, check)) => check(),

@@ -240,6 +240,74 @@ fn an_overlay_is_a_picture_with_dark_lines() {
 }
 
 #[test]
+fn lights_add_shadow_edges_where_geometry_says() {
+    let folder = TempDir::new().expect("a folder");
+    // A square of side 2 at height 1 over a floor, under lights at height 2 along its middle.
+    let plates = "\
+v -9 0 -9\nv -9 0 9\nv 9 0 9\nv 9 0 -9\nv -1 1 -1\nv -1 1 1\nv 1 1 1\nv 1 1 -1
+o floor\nf 1 2 3 4\no plate\nf 5 6 7 8\n";
+    fs::write(folder.path().join("plates.obj"), plates).expect("a writable folder");
+    let base = [
+        "plates.obj",
+        "--line-light",
+        "-0.5,2,0:0.5,2,0=1000lm",
+        "--look-from",
+        "0,9,12",
+        "--look-at",
+        "0,0,0",
+        "--fov",
+        "90",
+        "--report",
+        "r.json",
+    ];
+    ok(folder.path(), &[&base[..], &["-o", "lines.obj"]].concat());
+    let report = report(folder.path(), "r.json");
+    assert!(
+        report["counts"]["umbral"].as_u64() > Some(0) && report["counts"]["penumbral"].as_u64() > Some(0)
+    );
+    let obj = read(folder.path(), "lines.obj");
+    let mut group = "";
+    let mut vertices: Vec<[f64; 3]> = Vec::new();
+    let mut reach = [0.0f64; 2];
+    for line in obj.lines() {
+        if let Some(numbers) = line.strip_prefix("v ") {
+            let p: Vec<f64> = numbers.split(' ').filter_map(|x| x.parse().ok()).collect();
+            vertices.push([p[0], p[1], p[2]]);
+        } else if let Some(name) = line.strip_prefix("g ") {
+            group = name;
+        } else if let Some(indices) = line.strip_prefix("l ") {
+            let Some(which) = ["umbral", "penumbral"].iter().position(|&name| name == group) else {
+                continue;
+            };
+            let points: Vec<[f64; 3]> = indices
+                .split(' ')
+                .filter_map(|x| Some(vertices[x.parse::<usize>().ok()? - 1]))
+                .collect();
+            for pair in points.windows(2) {
+                let [[x0, y0, z0], [x1, y1, z1]] = [pair[0], pair[1]];
+                assert!(y0.abs() < 1e-4 && y1.abs() < 1e-4, "on the floor");
+                // Where the line passes below the middle of the plate.
+                if z0 * z1 < 0.0 {
+                    let x = x0 + (x1 - x0) * z0 / (z0 - z1);
+                    reach[which] = reach[which].max(x.abs());
+                }
+            }
+        }
+    }
+    // Seen from the far end of the light the plate's border falls at 1.5 + 1, from the near end at 0.5 + 1.
+    for (found, expected) in reach.into_iter().zip([1.5, 2.5]) {
+        assert!((found - expected).abs() < 1e-4, "{reach:?}");
+    }
+    ok(folder.path(), &base);
+    let svg = read(folder.path(), "edges.svg");
+    assert_eq!(
+        layers(&svg),
+        ["penumbral", "umbral", "boundary"],
+        "from below to the top"
+    );
+}
+
+#[test]
 fn a_report_has_the_stated_keys() {
     let folder = TempDir::new().expect("a folder");
     ok(folder.path(), &["demo:subway", "--report", "r.json", "-q"]);

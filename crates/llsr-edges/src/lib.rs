@@ -16,5 +16,5 @@ pub use shadow::{
 };
 pub use view::{
     EdgeClass, EdgeRun, EdgeWarning, Eye, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView,
-    ViewedEdge, outline, outline_chords,
+    ViewedEdge, onto_surface, outline, outline_chords,
 };

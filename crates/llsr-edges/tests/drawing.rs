@@ -73,10 +73,7 @@ fn hidden_at(triangles: &[[Vec3; 3]], eye: Eye, stroke: &Stroke, t: f64) -> bool
 fn check(meshes: &[Mesh], eye: Eye, tolerance: f64) {
     let (scene, oracle) = scene_of(meshes);
     let strokes = strokes(&scene, eye);
-    let sight = Sight {
-        eye,
-        diagonal: f64::from(scene.bounds().diagonal()),
-    };
+    let sight = Sight::of_edges(eye, f64::from(scene.bounds().diagonal()));
     let parts = split_hidden(&strokes, &sight, &oracle);
     let mut covered = vec![0.0; strokes.len()];
     let (mut seen, mut hidden, mut whole) = (0, 0, 0);
@@ -169,7 +166,7 @@ fn an_edge_is_never_hidden_by_its_own_faces() {
                 for away in [0.8, 3.0, 1e4] {
                     let eye = Eye::At(center + DVec3::new(0.48, 0.36, 0.8) * (size * away));
                     let strokes = strokes(&scene, eye);
-                    let sight = Sight { eye, diagonal: size };
+                    let sight = Sight::of_edges(eye, size);
                     let parts = split_hidden(&strokes, &sight, &oracle);
                     assert!(strokes.len() >= 7, "{} strokes", strokes.len());
                     let hidden: Vec<&Part> = parts.iter().filter(|part| part.hidden).collect();
@@ -197,10 +194,7 @@ fn what_touches_an_edge_does_not_hide_it() {
         Mesh::cuboid("b", Vec3::X, Vec3::new(2.0, 1.0, 1.0), MaterialId(0)),
     ];
     let (_, oracle) = scene_of(&boxes);
-    let sight = Sight {
-        eye: Eye::At(DVec3::new(1.3, 2.0, 5.0)),
-        diagonal: 9.0,
-    };
+    let sight = Sight::of_edges(Eye::At(DVec3::new(1.3, 2.0, 5.0)), 9.0);
     let stroke = |a: Vec3, b: Vec3| Stroke {
         group: 0,
         ends: [a.as_dvec3(), b.as_dvec3()],

@@ -136,6 +136,20 @@ fn open_turned_doubled_and_crowded_meshes() {
     doubled.triangles.extend(again);
     check(&doubled, 30);
 
+    // A sheet of coplanar faces, every third turned over: one of the views is in its plane.
+    let corner = |i: u16| Vec3::new(f32::from(i % 5), 0.0, f32::from(i / 5));
+    let mut sheet = Mesh::new(
+        "sheet with turned faces",
+        (0..25).map(corner).collect(),
+        (0..20u32)
+            .filter(|i| i % 5 != 4)
+            .flat_map(|i| [[i, i + 5, i + 6], [i, i + 6, i + 1]])
+            .collect(),
+        MaterialId(0),
+    );
+    sheet.triangles.iter_mut().step_by(3).for_each(|t| t.swap(0, 1));
+    check(&sheet, 30);
+
     // Cubes on a grid that share corners and edges.
     let mut grid = Mesh {
         name: "touching cubes".into(),

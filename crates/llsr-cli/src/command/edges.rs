@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 use llsr_edges::{
-    EdgeClass, Eye, FoundEdges, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView, Sight,
-    Stroke, clip_to_picture, join, split_hidden,
+    EdgeClass, Eye, FoundEdges, Part, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView,
+    Sight, Stroke, clip_to_picture, join, split_hidden,
 };
 use llsr_io::{Development, Image, Tone, exposure_for, write_png};
 use llsr_scene::{Camera, ObjectId, Scene, Viewport, srgb_to_linear};
@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use crate::args::{Common, DrawingFormat, EdgesArgs};
 use crate::camera;
 use crate::clock::Stopwatch;
-use crate::drawing::{DrawnLine, Layer, flatten, obj, overlay, svg};
+use crate::drawing::{DrawnLine, Layer, Shadows, flatten, obj, overlay, svg};
 use crate::failure::Failure;
 use crate::load::load;
 use crate::progress::Progress;
@@ -70,30 +70,39 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
     let diagonal = f64::from(scene.bounds().diagonal()).max(f64::MIN_POSITIVE);
     // Lines in space are those of the whole scene, others those of the picture.
     let near = 1e-6 * diagonal;
-    let strokes: Vec<Stroke> = found
+    let stroke = |layer: Layer, object: ObjectId, segment: [Vec3; 2]| {
+        let ends = segment.map(Vec3::as_dvec3);
+        let ends = match format {
+            DrawingFormat::Obj => Some(ends),
+            _ => clip_to_picture(&camera, viewport, near, ends),
+        }?;
+        let group = (layer.index() * objects + object.index()) as u32;
+        Some(Stroke { group, ends })
+    };
+    let mut strokes: Vec<Stroke> = found
         .iter()
-        .filter_map(|edge| {
-            let ends = edge.segment.map(Vec3::as_dvec3);
-            let ends = match format {
-                DrawingFormat::Obj => Some(ends),
-                _ => clip_to_picture(&camera, viewport, near, ends),
-            };
-            let group = Layer::from(edge.class).index() * objects + edge.object.index();
-            ends.map(|ends| Stroke {
-                group: group as u32,
-                ends,
-            })
-        })
+        .filter_map(|edge| stroke(edge.class.into(), edge.object, edge.segment))
         .collect();
+    let first_shadow = strokes.len();
+    let shadows = Shadows::of(scene, &edges, &options);
+    for (count, of_shadows) in counts.iter_mut().zip(shadows.counts) {
+        *count += of_shadows;
+    }
+    for &(layer, receiver, segment) in &shadows.edges {
+        strokes.extend(stroke(layer, receiver, segment));
+    }
 
     let watch = Stopwatch::start();
-    let sight = Sight {
-        eye: Eye::of(&camera),
-        diagonal,
-    };
-    let mut parts = split_hidden(&strokes, &sight, &tracer);
+    let eye = Eye::of(&camera);
+    let (of_edges, of_shadows) = strokes.split_at(first_shadow);
+    let mut parts = split_hidden(of_edges, &Sight::of_edges(eye, diagonal), &tracer);
+    let below = split_hidden(of_shadows, &Sight::of_lines_on_surfaces(eye, diagonal), &tracer);
+    parts.extend(below.into_iter().map(|part| Part {
+        stroke: part.stroke + first_shadow as u32,
+        ..part
+    }));
     let hidden_ms = 1e3 * watch.read().wall;
-    let length = |part: &llsr_edges::Part| {
+    let length = |part: &Part| {
         let stroke = &strokes[part.stroke as usize];
         stroke.at(part.t[0]).distance(stroke.at(part.t[1]))
     };
@@ -153,6 +162,7 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
             "crease_degrees": args.crease,
             "counts": named(&counts),
             "lines": drawn,
+            "unimportant_shadow_edges": shadows.dropped,
             "specks_left_out": lines.len() - drawn,
             "hidden_share_of_length": if all > 0.0 { hidden / all } else { 0.0 },
             "threads": rayon::current_num_threads(),
@@ -161,7 +171,7 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
                 "build": build_ms,
                 "build_and_tracer": trees_ms,
                 "silhouette": silhouette_ms,
-                "shadow": 0.0,
+                "shadow": shadows.milliseconds,
                 "hidden": hidden_ms,
                 "join": join_ms,
                 "write": write_ms,
@@ -193,6 +203,12 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
                 named.join(", ")
             ),
         }
+        if shadows.dropped > 0 {
+            println!(
+                "{} shadow edges left out: other lights outshine theirs there a hundred times",
+                shadows.dropped
+            );
+        }
         if all > 0.0 {
             let fate = if args.hidden { "dashed" } else { "removed" };
             println!(
@@ -201,10 +217,11 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
             );
         }
         println!(
-            "{:.2} s (load {:.2}, edges and tracer {:.2}, hidden parts {:.2}, write {:.2})",
+            "{:.2} s (load {:.2}, edges and tracer {:.2}, shadows {:.2}, hidden parts {:.2}, write {:.2})",
             total.wall,
             load_ms / 1e3,
             trees_ms / 1e3,
+            shadows.milliseconds / 1e3,
             hidden_ms / 1e3,
             write_ms / 1e3
         );

@@ -13,15 +13,14 @@ pub struct Sight {
     pub eye: Eye,
     /// Diagonal of the scene's bounding box (m).
     pub diagonal: f64,
+    /// Edges are moved towards the viewer by this share of their distance, or of the diagonal if that is less.
+    ///
+    /// The faces of an edge touch it and must not hide it. In exact arithmetic they do not, as they end there; but the
+    /// edge's ends are rounded when an instance is put into the scene, and neighbours that only almost meet (a frame on its
+    /// wall, two meshes with one border) should not hide each other either. Moved along its own lines of sight an edge looks
+    /// the same, and what lies nearer in front of it than this hides nothing.
+    pub lift: f64,
 }
-
-/// An edge is moved towards the viewer by this share of its distance, or of the scene's diagonal if that is less: 2^-20.
-///
-/// The faces of an edge touch it and must not hide it. In exact arithmetic they do not, as they end there; but the
-/// edge's ends are rounded when an instance is put into the scene, and neighbours that only almost meet (a frame on its wall,
-/// two meshes with one border) should not hide each other either. Moved along its own lines of sight an edge looks the
-/// same, and what lies nearer than a millionth of the distance in front of it hides nothing.
-const LIFT: f64 = 1.0 / (1u64 << 20) as f64;
 
 /// For parallel rays a viewer this many diagonals away stands in, for pieces of an edge of at most 1/64 of a diagonal:
 /// rays then end within 2^-16 of a diagonal of where parallel ones would.
@@ -29,6 +28,27 @@ const FAR: f64 = 1024.0;
 const PIECE: f64 = 1.0 / 64.0;
 
 impl Sight {
+    /// For edges of objects, which are off by the rounding of single precision only: a lift of 2^-20.
+    pub fn of_edges(eye: Eye, diagonal: f64) -> Self {
+        Self {
+            eye,
+            diagonal,
+            lift: 1.0 / f64::from(1 << 20),
+        }
+    }
+
+    /// For lines that lie somewhere on a surface, as shadow edges do, and are rounded to either side of it: 2^-15.
+    ///
+    /// A surface seen at an angle of d radians then hides nothing of a line that rounding put up to 2^-15 d of the distance
+    /// below it.
+    pub fn of_lines_on_surfaces(eye: Eye, diagonal: f64) -> Self {
+        Self {
+            eye,
+            diagonal,
+            lift: 1.0 / f64::from(1 << 15),
+        }
+    }
+
     /// Appends to `parts` the visible and hidden stretches of stroke number `index`, in order; together they cover it.
     fn split<O: SegmentOracle>(
         &self,
@@ -48,7 +68,7 @@ impl Sight {
         match self.eye {
             Eye::At(p) => {
                 let distance = p.distance(a).max(p.distance(b));
-                let lift = LIFT * (self.diagonal / distance).min(1.0);
+                let lift = self.lift * (self.diagonal / distance).min(1.0);
                 let [a, b] = [a, b].map(|x| x + (p - x) * lift);
                 oracle.visible_part(p, a, b, &mut memory.scratch, &mut memory.partition);
                 for panel in memory.partition.panels() {
@@ -58,7 +78,7 @@ impl Sight {
             Eye::Towards(direction) => {
                 let towards = direction.normalize_or_zero() * self.diagonal;
                 let count = (a.distance(b) / (PIECE * self.diagonal)).ceil().clamp(1.0, 1e4);
-                let at = |i: f64| stroke.at(i / count) + towards * LIFT;
+                let at = |i: f64| stroke.at(i / count) + towards * self.lift;
                 for i in 0..count as u32 {
                     let i = f64::from(i);
                     let p = at(i + 0.5) + towards * FAR;
@@ -101,8 +121,8 @@ const CHUNK: usize = 64;
 /// Splits strokes where something begins or ceases to hide them, in their order.
 ///
 /// `oracle` sees the scene in which the strokes are edges; one query a stroke from a point, some more for parallel rays. The places of
-/// the splits are as exact as the oracle's answer; what is nearer in front of an edge than a millionth of its distance from
-/// the viewer does not hide it, so that neither its own faces nor faces that touch it do. The `rayon`
+/// the splits are as exact as the oracle's answer; what is nearer in front of a stroke than the sight's
+/// [`lift`](Sight::lift) does not hide it, so that neither an edge's own faces nor faces that touch it do. The `rayon`
 /// feature uses all threads, with the same result.
 pub fn split_hidden<O: SegmentOracle + Sync>(strokes: &[Stroke], sight: &Sight, oracle: &O) -> Vec<Part> {
     let chunk = |memory: &mut Memory<O::Scratch>, number: usize, strokes: &[Stroke]| {

@@ -103,21 +103,22 @@ fn long_side_if_flat(face: [u32; 3], corners: [DVec3; 3]) -> Option<[u32; 2]> {
 }
 
 /// True if the two faces of an edge lie exactly in one plane and look to the same side: every viewer then sees
-/// both from the front or both from behind.
+/// both from the front or neither. Faces turned against each other are not taken for such a pair: to a viewer in their
+/// plane neither has its front, so that they seem to lie on one side of the edge.
 pub(super) fn lies_in_one_plane(
     edge: &Edge,
     faces: &[[u32; 3]],
     positions: &[Vec3],
     planes: &[Option<Plane>],
 ) -> bool {
-    if edge.faces[1] == NO_FACE || edge.non_manifold {
+    if edge.faces[1] == NO_FACE || edge.non_manifold || edge.flipped {
         return false;
     }
     let [Some(first), Some(second)] = edge.faces.map(|face| planes[face as usize]) else {
         return false;
     };
     let cosine = first.normal().dot(second.normal());
-    if cosine.abs() < 1.0 - 1e-9 || (cosine > 0.0) == edge.flipped {
+    if cosine < 1.0 - 1e-9 {
         return false;
     }
     let corner = |v: u32| positions[v as usize].as_dvec3();

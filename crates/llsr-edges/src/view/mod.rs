@@ -13,7 +13,7 @@ use llsr_scene::{Bounds, Camera, Geometry, Mesh, MeshId, ObjectId, Projection, S
 use crate::{EdgeOptions, EdgeScratch, FoundEdges, MeshEdges};
 
 pub use found::{EdgeClass, EdgeRun, SceneFound, ViewedEdge};
-pub use outline::{Eye, outline, outline_chords};
+pub use outline::{Eye, onto_surface, outline, outline_chords};
 pub use warning::EdgeWarning;
 
 /// How the edges of a scene are prepared.

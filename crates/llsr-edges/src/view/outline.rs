@@ -61,30 +61,7 @@ pub fn outline(
     if !shape.is_valid() {
         return;
     }
-    // Canonical frames: unit sphere; unit cylinder around z, 0 <= z <= 1; cone of unit base at z = 0 with its tip at
-    // z = 1; unit disc.
-    let along = |a: Vec3, b: Vec3, radius: f32| {
-        let (a, axis) = (a.as_dvec3(), (b - a).as_dvec3());
-        let (x, y) = axis.normalize().any_orthonormal_pair();
-        let r = f64::from(radius);
-        DAffine3::from_mat3_translation(DMat3::from_cols(x * r, y * r, axis), a)
-    };
-    let frame = match *shape {
-        Shape::Sphere { center, radius } => DAffine3::from_mat3_translation(
-            DMat3::from_diagonal(DVec3::splat(f64::from(radius))),
-            center.as_dvec3(),
-        ),
-        Shape::Cylinder { a, b, radius, .. } => along(a, b, radius),
-        Shape::Cone {
-            base, apex, radius, ..
-        } => along(base, apex, radius),
-        Shape::Disc {
-            center,
-            normal,
-            radius,
-        } => along(center, center + normal, radius),
-    };
-    let to_world = double(transform) * frame;
+    let to_world = double(transform) * canonical_frame(shape);
     let to_local = to_world.inverse();
     if !to_local.is_finite() {
         return;
@@ -146,6 +123,91 @@ pub fn outline(
         Shape::Disc { .. } => {
             curve.circle(EdgeClass::Boundary, 2, &Circle::at_height(0.0));
         }
+    }
+}
+
+/// Maps a valid shape's canonical frame to its own: unit sphere; unit cylinder around z, 0 <= z <= 1; cone of unit base at
+/// z = 0 with its tip at z = 1; unit disc.
+fn canonical_frame(shape: &Shape) -> DAffine3 {
+    let along = |a: Vec3, b: Vec3, radius: f32| {
+        let (a, axis) = (a.as_dvec3(), (b - a).as_dvec3());
+        let (x, y) = axis.normalize().any_orthonormal_pair();
+        let r = f64::from(radius);
+        DAffine3::from_mat3_translation(DMat3::from_cols(x * r, y * r, axis), a)
+    };
+    match *shape {
+        Shape::Sphere { center, radius } => DAffine3::from_mat3_translation(
+            DMat3::from_diagonal(DVec3::splat(f64::from(radius))),
+            center.as_dvec3(),
+        ),
+        Shape::Cylinder { a, b, radius, .. } => along(a, b, radius),
+        Shape::Cone {
+            base, apex, radius, ..
+        } => along(base, apex, radius),
+        Shape::Disc {
+            center,
+            normal,
+            radius,
+        } => along(center, center + normal, radius),
+    }
+}
+
+/// Calls `piece` with short pieces of `segment` (m, recentred frame), moved onto the curved part of a placed shape's surface
+/// near which it lies.
+///
+/// Lines on a primitive that were found on a mesh in its place pass above and below the true surface. The pieces span at
+/// most 0.04 radians and lie just outside, by no more than 2^-12 of the radius. A segment on a flat part, a cap or a disc,
+/// is handed on whole, and so is any if the shape or transform is not valid.
+pub fn onto_surface(
+    shape: &Shape,
+    transform: &Affine3A,
+    segment: [Vec3; 2],
+    mut piece: impl FnMut([Vec3; 2]),
+) {
+    const SPAN: f64 = 0.04;
+    const OUTSIDE: f64 = 1.0 + SPAN * SPAN / 8.0 + 1e-6;
+    let to_world = match shape.is_valid() {
+        true => double(transform) * canonical_frame(shape),
+        false => DAffine3::ZERO,
+    };
+    let to_local = to_world.inverse();
+    let [a, b] = segment.map(|p| to_local.transform_point3(p.as_dvec3()));
+    // The factor that brings a point onto the mantle; none where the surface is flat.
+    let scale = |p: DVec3| match shape {
+        Shape::Sphere { .. } => Some(DVec3::splat(OUTSIDE / p.length())),
+        Shape::Cylinder { .. } | Shape::Cone { .. } => {
+            let radius = match shape {
+                Shape::Cone { .. } => 1.0 - p.z,
+                _ => 1.0,
+            };
+            let r = p.truncate().length();
+            // A cap's points lie well inside the mantle, but for its rim.
+            let on_mantle = (r - radius).abs() < 0.1 * radius;
+            let factor = radius * OUTSIDE / r;
+            on_mantle.then(|| DVec3::new(factor, factor, 1.0))
+        }
+        Shape::Disc { .. } => None,
+    };
+    let middle = 0.5 * (a + b);
+    let curved = to_local.is_finite()
+        && [a, b, middle]
+            .iter()
+            .all(|&p| scale(p).is_some_and(DVec3::is_finite));
+    if !curved {
+        piece(segment);
+        return;
+    }
+    let count = (a.distance(b) / SPAN).ceil().clamp(1.0, 1e3) as u32;
+    let at = |i: u32| {
+        let p = a + (b - a) * (f64::from(i) / f64::from(count));
+        let moved = scale(p).map_or(p, |scale| p * scale);
+        to_world.transform_point3(moved).as_vec3()
+    };
+    let mut before = at(0);
+    for i in 1..=count {
+        let next = at(i);
+        piece([before, next]);
+        before = next;
     }
 }
 
@@ -378,6 +440,48 @@ mod tests {
             "the whole mantle is behind"
         );
         assert_eq!(lines(Eye::At(DVec3::X * 4.0)), 2, "from the side");
+    }
+
+    #[test]
+    fn lines_are_moved_onto_curved_surfaces() {
+        let transform = Affine3A::from_scale_rotation_translation(
+            Vec3::splat(2.0),
+            glam::Quat::from_rotation_x(0.3),
+            Vec3::new(3.0, 0.0, 1.0),
+        );
+        let sphere = Shape::Sphere {
+            center: Vec3::ZERO,
+            radius: 0.5,
+        };
+        let world = |p: Vec3| transform.transform_point3(p);
+        let chord = [world(Vec3::X * 0.49), world(Vec3::new(0.3, 0.41, 0.0))];
+        let mut pieces = Vec::new();
+        onto_surface(&sphere, &transform, chord, |piece| pieces.push(piece));
+        assert!(pieces.len() > 10, "{} pieces", pieces.len());
+        assert!(pieces.windows(2).all(|pair| pair[0][1] == pair[1][0]), "a chain");
+        for [a, b] in pieces {
+            for p in [a, 0.5 * (a + b), b] {
+                let out = p.distance(world(Vec3::ZERO));
+                assert!((1.0..1.0003).contains(&out), "{p} is {out} from the centre");
+            }
+        }
+        let drum = Shape::Cylinder {
+            a: Vec3::ZERO,
+            b: Vec3::Y,
+            radius: 1.0,
+            capped: true,
+        };
+        let on_cap = [Vec3::Y, Vec3::new(0.5, 1.0, 0.0)];
+        let mut pieces = Vec::new();
+        onto_surface(&drum, &Affine3A::IDENTITY, on_cap, |piece| pieces.push(piece));
+        assert_eq!(pieces, [on_cap], "flat parts stay");
+        let along = [Vec3::new(0.98, 0.1, 0.0), Vec3::new(0.98, 0.9, 0.0)];
+        pieces.clear();
+        onto_surface(&drum, &Affine3A::IDENTITY, along, |piece| pieces.push(piece));
+        assert!(
+            pieces.iter().flatten().all(|p| (1.0..1.001).contains(&p.x)),
+            "{pieces:?}"
+        );
     }
 
     #[test]

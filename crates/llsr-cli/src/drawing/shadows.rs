@@ -1,0 +1,85 @@
+//! Shadow edges of a drawing.
+
+use glam::{DVec3, Vec3};
+use llsr_edges::{
+    SceneEdgeOptions, SceneEdges, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene, onto_surface,
+};
+use llsr_scene::{Geometry, LightId, ObjectId, Scene};
+
+use super::Layer;
+use crate::clock::Stopwatch;
+
+/// Edges are left out of lights that give less than this share of the light where they fall.
+const UNIMPORTANT: f64 = 0.01;
+
+/// The shadow edges that matter, with the objects that they lie on.
+#[derive(Default)]
+pub(crate) struct Shadows {
+    /// In the scene's recentred frame (m); on curved primitives in short pieces.
+    pub(crate) edges: Vec<(Layer, ObjectId, [Vec3; 2])>,
+    /// Number of edges in each layer, before they were cut into pieces.
+    pub(crate) counts: [usize; 6],
+    /// Edges left out because other lights outshine theirs.
+    pub(crate) dropped: usize,
+    /// What it took.
+    pub(crate) milliseconds: f64,
+}
+
+impl Shadows {
+    /// All shadow edges of a scene; none without lights.
+    pub(crate) fn of(scene: &Scene, edges: &SceneEdges, options: &SceneEdgeOptions) -> Self {
+        if scene.lights.is_empty() {
+            return Self::default();
+        }
+        let watch = Stopwatch::start();
+        let options = ShadowOptions {
+            edges: options.edges,
+            ..ShadowOptions::default()
+        };
+        let (prepared, _) = ShadowScene::with_edges(scene, options, |id, _| edges.shared_mesh(id));
+        let mut shadows = ShadowEdges::compute(&prepared, prepared.all_triples_and_hiders());
+        let report = shadows.drop_unimportant(&prepared, UNIMPORTANT, |light, point, normal| {
+            unoccluded(scene, light, point, normal)
+        });
+        let mut edges = Vec::with_capacity(shadows.len());
+        let mut counts = [0; 6];
+        for edge in shadows.iter() {
+            let layer = match edge.kind {
+                ShadowKind::Hard => Layer::Hard,
+                ShadowKind::Umbral => Layer::Umbral,
+                ShadowKind::Penumbral => Layer::Penumbral,
+            };
+            counts[layer.index()] += 1;
+            let receiver = edge.triple.receiver;
+            let object = &scene.objects[receiver.index()];
+            match object.geometry {
+                Geometry::Mesh(_) => edges.push((layer, receiver, edge.segment)),
+                // They were found on a mesh in its place.
+                Geometry::Primitive(primitive) => {
+                    onto_surface(&primitive.shape, &object.transform, edge.segment, |piece| {
+                        edges.push((layer, receiver, piece));
+                    });
+                }
+            }
+        }
+        Self {
+            edges,
+            counts,
+            dropped: report.dropped,
+            milliseconds: 1e3 * watch.read().wall,
+        }
+    }
+}
+
+/// Roughly what a point receives of a light that nothing hides: from three places of it, as if each shone alike into all
+/// directions.
+fn unoccluded(scene: &Scene, light: LightId, point: DVec3, normal: DVec3) -> f64 {
+    let light = &scene.lights[light.index()];
+    let (a, b) = light.ends();
+    let from = |place: DVec3| {
+        let to = place - point;
+        let square = to.length_squared();
+        normal.dot(to).max(0.0) / (square * square.sqrt())
+    };
+    light.flux() * [a, 0.5 * (a + b), b].map(from).iter().sum::<f64>()
+}
