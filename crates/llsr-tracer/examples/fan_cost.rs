@@ -37,7 +37,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         arguments.push("knot".to_owned());
     }
     for argument in &arguments {
-        let scene = scene(argument)?;
+        let mut scene = scene(argument)?;
+        let model = scene.lights.is_empty();
+        let mut light = [DVec3::ZERO; 2];
+        if model {
+            (scene, light) = on_a_floor(scene);
+        }
         let start = Instant::now();
         let (tracer, _) = Tracer::new(&scene);
         println!(
@@ -45,10 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             scene.triangle_count(),
             start.elapsed().as_secs_f64()
         );
-        if scene.lights.is_empty() {
-            // In units of the model, which is two long: see `on_a_floor`.
-            let (scene, light) = on_a_floor(scene);
-            let (tracer, _) = Tracer::new(&scene);
+        if model {
             let [above, below] = split(fans(&scene, &tracer, &[light]), &scene);
             measure("points on it", &tracer, &above);
             measure("floor below it", &tracer, &below);
@@ -198,7 +200,12 @@ fn time<T>(items: &[T], mut f: impl FnMut(&T) -> u64) -> Cost {
 fn thinned<T: Copy>(items: &[T], most: usize) -> Vec<T> {
     let run = 128;
     let keep = items.len().div_ceil(most.max(1));
-    items.chunks(run).step_by(keep.max(1)).flatten().copied().collect()
+    items
+        .chunks(run)
+        .step_by(keep.max(1))
+        .flatten()
+        .copied()
+        .collect()
 }
 
 fn shuffled<T: Copy>(items: &[T]) -> Vec<T> {

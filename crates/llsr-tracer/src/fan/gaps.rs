@@ -18,8 +18,6 @@ pub(super) struct Gaps {
     /// Narrow intervals that do not block but close slits between neighbours; sorted and disjoint.
     bridges: Vec<[f64; 2]>,
     keep: Keep,
-    /// What is asked for.
-    range: [f64; 2],
 }
 
 impl Gaps {
@@ -28,12 +26,17 @@ impl Gaps {
         self.gaps.clear();
         self.bridges.clear();
         self.keep = keep;
-        self.range = [lo, hi];
         if lo < hi {
             self.gaps.push([lo, hi]);
         }
     }
 
+    #[inline(always)]
+    pub(super) fn keep(&self) -> Keep {
+        self.keep
+    }
+
+    #[inline(always)]
     pub(super) fn is_empty(&self) -> bool {
         self.gaps.is_empty()
     }
@@ -61,24 +64,27 @@ impl Gaps {
     /// Blocks [`lo`, `hi`], and says whether that changed anything. An interval with a NaN or reversed end is empty.
     #[inline(always)]
     pub(super) fn block(&mut self, lo: f64, hi: f64) -> bool {
-        if let ([gap], Keep::All) = (self.gaps.as_mut_slice(), self.keep) {
+        if let [gap] = self.gaps.as_mut_slice() {
             // The usual case: one gap is cut at an end or not at all.
             let (meets, left, right) = (lo < gap[1] && gap[0] < hi, gap[0] < lo, hi < gap[1]);
             if !(meets && lo <= hi) {
                 return false;
             }
-            if left != right {
-                if left {
-                    gap[1] = lo;
-                } else {
-                    gap[0] = hi;
+            match (self.keep, left, right) {
+                (Keep::All, true, false) | (Keep::First, true, _) => gap[1] = lo,
+                (Keep::All, false, true) | (Keep::Last, _, true) => gap[0] = hi,
+                (Keep::All, true, true) => {
+                    let end = std::mem::replace(&mut gap[1], lo);
+                    self.gaps.push([hi, end]);
                 }
-                return true;
+                _ => self.gaps.clear(),
             }
+            return true;
         }
         self.block_any(lo, hi)
     }
 
+    /// The same for several gaps, which there are only where all are kept.
     #[inline(never)]
     fn block_any(&mut self, lo: f64, hi: f64) -> bool {
         if lo.is_nan() || hi.is_nan() || hi < lo {
@@ -109,15 +115,6 @@ impl Gaps {
                 }
                 self.gaps.drain(from..to);
             }
-        }
-        let [lo, hi] = self.range;
-        match self.keep {
-            Keep::All => {}
-            Keep::First if self.gaps.first().is_some_and(|gap| gap[0] == lo) => self.gaps.truncate(1),
-            Keep::Last if self.gaps.last().is_some_and(|gap| gap[1] == hi) => {
-                self.gaps.drain(..self.gaps.len() - 1);
-            }
-            _ => self.gaps.clear(),
         }
         true
     }
@@ -190,7 +187,10 @@ mod tests {
         gaps.reset(0.25, 0.75, Keep::First);
         assert!(gaps.block(0.5, 0.6), "cut");
         assert_eq!(gaps.as_slice(), [[0.25, 0.5]], "what is beyond does not matter");
-        assert!(!gaps.block(0.6, 0.7) && gaps.block(0.4, 0.45), "nor what blocks it");
+        assert!(
+            !gaps.block(0.6, 0.7) && gaps.block(0.4, 0.45),
+            "nor what blocks it"
+        );
         assert_eq!(gaps.as_slice(), [[0.25, 0.4]], "cut again");
         assert!(gaps.block(0.2, 0.3) && gaps.is_empty(), "its end is hidden");
         gaps.reset(0.25, 0.75, Keep::Last);

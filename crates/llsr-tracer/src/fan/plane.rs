@@ -119,22 +119,30 @@ impl Crossing {
     }
 }
 
-/// What a triangle that is cut by the plane does to the light.
+/// What a triangle that is cut by the plane does to the light; an empty interval is reversed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shadow {
-    /// Blocks up to two closed intervals of light parameters; an empty one is reversed.
-    Blocks([[f64; 2]; 2]),
-    /// Is seen edge-on, as exactly as numbers tell: it does not block, but no light passes between its neighbours
+pub(super) struct Shadow {
+    /// Closed intervals of light parameters that it blocks.
+    pub(super) blocks: [[f64; 2]; 2],
+    /// It is seen edge-on, as exactly as numbers tell: it may not block, but no light passes between its neighbours
     /// because of rounding in this narrow interval.
-    Bridges([f64; 2]),
-    Nothing,
+    pub(super) bridge: [f64; 2],
 }
 
 /// No parameter.
 const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
+impl Shadow {
+    const NOTHING: Self = Self {
+        blocks: [EMPTY; 2],
+        bridge: EMPTY,
+    };
+}
+
 /// A wider interval is not the rounding of a triangle seen edge-on.
 pub(super) const WIDEST_BRIDGE: f64 = 1e-9;
+/// A narrower interval where a cut ends on the light is the rounding of a touch.
+const TOUCH: f64 = 1e-14;
 
 /// The parameters in [0, 1] that a triangle blocks, given the two crossings of its edges with the plane, where its cut comes
 /// close to p or the light or is seen edge-on.
@@ -145,7 +153,7 @@ pub(super) const WIDEST_BRIDGE: f64 = 1e-9;
 pub(super) fn shadow_in_doubt(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing, c1: Crossing) -> Shadow {
     // A crossing in p itself has no direction; p then lies in the triangle, which does not block it.
     if !(c0.ahead || c1.ahead) || c0.t.is_nan() || c1.t.is_nan() {
-        return Shadow::Nothing;
+        return Shadow::NOTHING;
     }
     let [v0, v1, v2] = triangle.map(|v| v.as_dvec3());
     let (e1, e2) = (v1 - v0, v2 - v0);
@@ -177,19 +185,26 @@ pub(super) fn shadow_in_doubt(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing,
         (false, false) => EMPTY,
     };
     let (lo, hi) = if c0.t < c1.t { (c0.t, c1.t) } else { (c1.t, c0.t) };
-    if behind == EMPTY {
-        let bridge = doubtful && c0.ahead && c1.ahead && hi - lo <= WIDEST_BRIDGE;
-        return if bridge {
-            Shadow::Bridges([lo, hi])
-        } else {
-            Shadow::Nothing
+    if !(c0.ahead && c1.ahead) {
+        // The cut passes beside p: it fills the directions beyond both ends, of which one side is behind the plane.
+        let blocks = [[behind[0], lo.min(behind[1])], [hi.max(behind[0]), behind[1]]];
+        return Shadow {
+            blocks: if behind == EMPTY { [EMPTY; 2] } else { blocks },
+            bridge: EMPTY,
         };
     }
-    if c0.ahead && c1.ahead {
-        Shadow::Blocks([[lo.max(behind[0]), hi.min(behind[1])], EMPTY])
-    } else {
-        // The cut passes beside p: it fills the directions beyond both ends, of which one side is behind the plane.
-        Shadow::Blocks([[behind[0], lo.min(behind[1])], [hi.max(behind[0]), behind[1]]])
+    let part = [lo.max(behind[0]), hi.min(behind[1])];
+    // Seen edge-on, the plane meets the light where the cut is seen, and rounding decides what is left of it.
+    let whole = part == [lo, hi];
+    let edge_on = !whole && hi - lo <= WIDEST_BRIDGE && (doubtful || behind != EMPTY);
+    let touches = !whole && part[1] - part[0] <= TOUCH;
+    Shadow {
+        blocks: [if touches { EMPTY } else { part }, EMPTY],
+        bridge: match (edge_on, touches) {
+            (true, _) => [lo, hi],
+            (false, true) => part,
+            (false, false) => EMPTY,
+        },
     }
 }
 

@@ -139,7 +139,11 @@ impl Tracer {
             ..FanQuery::new(p, a, b)
         };
         let (t0, t1) = (query.t0.max(0.0), query.t1.min(1.0));
-        let keep = if bracket.visible_at_lo { Keep::First } else { Keep::Last };
+        let keep = if bracket.visible_at_lo {
+            Keep::First
+        } else {
+            Keep::Last
+        };
         let report = self.gaps(&query, keep, scratch)?;
         let &[lo, hi] = scratch.gaps.as_slice().first()?;
         let change = if bracket.visible_at_lo { hi } else { lo };

@@ -111,7 +111,10 @@ pub(super) fn block_by_section<S: Simd>(
             let other_side = s.pick(&side, other);
             let other_alpha = s.pick(&alpha, other);
             let other_height = s.pick(&height, other);
-            let alpha = other_side.mul(lone_alpha).sub(lone_side.mul(other_alpha)).mul(sign);
+            let alpha = other_side
+                .mul(lone_alpha)
+                .sub(lone_side.mul(other_alpha))
+                .mul(sign);
             let height = other_side
                 .mul(lone_height)
                 .sub(lone_side.mul(other_height))
@@ -208,12 +211,8 @@ fn block_by_edges(
 
 #[inline(always)]
 fn apply(shadow: Shadow, gaps: &mut Gaps) -> bool {
-    match shadow {
-        Shadow::Blocks([[lo0, hi0], [lo1, hi1]]) => gaps.block(lo0, hi0) | gaps.block(lo1, hi1),
-        Shadow::Bridges([lo, hi]) => {
-            gaps.bridge(lo, hi);
-            false
-        }
-        Shadow::Nothing => false,
-    }
+    let [[lo0, hi0], [lo1, hi1]] = shadow.blocks;
+    let [lo, hi] = shadow.bridge;
+    gaps.bridge(lo, hi);
+    gaps.block(lo0, hi0) | gaps.block(lo1, hi1)
 }

@@ -1,7 +1,7 @@
 //! The traversal of one tree by a fan.
 
 use super::boxes::BoxFilter;
-use super::gaps::Gaps;
+use super::gaps::{Gaps, Keep};
 use super::plane::FanPlane;
 use super::section::block_by_section;
 use super::shapes::block_shape;
@@ -195,7 +195,8 @@ fn walk<S: Simd>(
             let mut mask = met.mask;
             report.pruned_missed += WIDTH_U32 - mask.count_ones();
             let first = stack.len();
-            // The nearest waits on top: of equally dense surfaces it hides most at the least cost.
+            // The nearest waits on top: of equally dense surfaces it hides most at the least cost. Where only the gap at one end
+            // is asked for, that which may hide most of it waits on top.
             let mut keys = [0f32; WIDTH];
             while mask != 0 {
                 let slot = (mask.trailing_zeros() & 7) as usize;
@@ -204,7 +205,11 @@ fn walk<S: Simd>(
                 let bounded = met.bounded >> slot & 1 == 1;
                 let entry = Waiting {
                     at,
-                    t_min: if bounded { met.t_min[slot] } else { f32::NEG_INFINITY },
+                    t_min: if bounded {
+                        met.t_min[slot]
+                    } else {
+                        f32::NEG_INFINITY
+                    },
                     t_max: if bounded { met.t_max[slot] } else { f32::INFINITY },
                 };
                 if limits.prune && !gaps.meets(f64::from(entry.t_min), f64::from(entry.t_max)) {
@@ -216,7 +221,11 @@ fn walk<S: Simd>(
                 } else {
                     leaf.expect(s, at);
                 }
-                let key = -met.near[slot];
+                let key = match gaps.keep() {
+                    Keep::All => -met.near[slot],
+                    Keep::First => -entry.t_min,
+                    Keep::Last => entry.t_max,
+                };
                 let mut place = stack.len();
                 stack.push(entry);
                 while place > first && keys[place - first - 1] > key {

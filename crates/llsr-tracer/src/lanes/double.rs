@@ -152,9 +152,7 @@ impl DoubleLanes for Portable {
 
     #[inline(always)]
     fn spread(self, bits: u32) -> u64 {
-        (0..8).fold(0, |bytes, i| {
-            bytes | (0xff * u64::from(bits >> i & 1)) << (8 * i)
-        })
+        (0..8).fold(0, |bytes, i| bytes | (0xff * u64::from(bits >> i & 1)) << (8 * i))
     }
 
     #[inline(always)]

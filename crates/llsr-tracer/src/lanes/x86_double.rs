@@ -28,10 +28,7 @@ impl Doubles for Zmmd {
     #[inline(always)]
     fn widen(token: Avx512, from: &[f32; 8]) -> Self {
         // SAFETY: as above; the array is as large as the 256-bit register.
-        Self(
-            unsafe { _mm512_cvtps_pd(_mm256_loadu_ps(from.as_ptr())) },
-            token,
-        )
+        Self(unsafe { _mm512_cvtps_pd(_mm256_loadu_ps(from.as_ptr())) }, token)
     }
     #[inline(always)]
     fn load(token: Avx512, from: &[f64; 8]) -> Self {
