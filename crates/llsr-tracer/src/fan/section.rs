@@ -44,12 +44,13 @@ fn dot<S: Simd>(s: S, g: &[f64; 3], u: S::D, v: S::D, k: S::D) -> S::D {
     uv.add(S::D::splat(s, g[2]).mul(k))
 }
 
-/// Blocks what the triangles of a block hide, and says whether that changed anything.
+/// Blocks what the given triangles of a block hide, and says whether that changed anything.
 #[inline(always)]
 pub(super) fn block_by_section<S: Simd>(
     s: S,
     fan: &FanPlane,
     block: &TriangleBlock,
+    lanes: u32,
     gaps: &mut Gaps,
     report: &mut FanReport,
 ) -> bool {
@@ -69,7 +70,7 @@ pub(super) fn block_by_section<S: Simd>(
         if zero.count_ones() >= 2 {
             let alpha = [low.alpha.store(), high.alpha.store()];
             let height = [low.height.store(), high.height.store()];
-            changed |= block_by_edges(fan, block, &sides, &alpha, &height, gaps);
+            changed |= block_by_edges(fan, block, lanes, &sides, &alpha, &height, gaps);
         }
     }
     let nothing = S::D::splat(s, 0.0);
@@ -78,7 +79,7 @@ pub(super) fn block_by_section<S: Simd>(
     let a = s.permute_bits(below, &corners[0]);
     let b = s.permute_bits(below, &corners[1]);
     let c = s.permute_bits(below, &corners[2]);
-    let mut cut = ((a ^ b) | (a ^ c)) & block.used;
+    let mut cut = ((a ^ b) | (a ^ c)) & lanes;
     report.triangles += cut.count_ones();
     let (side, alpha, height) = (
         [low.side, high.side],
@@ -186,13 +187,14 @@ fn decide_sides(fan: &FanPlane, block: &TriangleBlock, doubtful: u32, sides: &mu
 fn block_by_edges(
     fan: &FanPlane,
     block: &TriangleBlock,
+    lanes: u32,
     sides: &[[f64; 8]; 2],
     alpha: &[[f64; 8]; 2],
     height: &[[f64; 8]; 2],
     gaps: &mut Gaps,
 ) -> bool {
     let mut changed = false;
-    for lane in (0..BLOCK).filter(|lane| block.used >> lane & 1 == 1) {
+    for lane in (0..BLOCK).filter(|lane| lanes >> lane & 1 == 1) {
         let places = block.corners.map(|row| usize::from(row[lane]) & (BLOCK - 1));
         let side = |place: usize| sides[place / 8][place % 8];
         let [u, v, w] = places;
@@ -207,6 +209,108 @@ fn block_by_edges(
         changed |= apply(shadow_in_doubt(fan, triangle, at(x), at(y)), gaps);
     }
     changed
+}
+
+/// A vertex as the fan sees it, by the same expressions as in lanes.
+#[derive(Clone, Copy)]
+struct FanVertex {
+    side: f64,
+    alpha: f64,
+    height: f64,
+}
+
+impl FanVertex {
+    #[inline(always)]
+    fn new(fan: &FanPlane, v: Vec3) -> Self {
+        let turned = v.to_array();
+        let [u, v, k] = fan.axes.map(|axis| f64::from(*axis.of(&turned)));
+        let (u, v, k) = (u - fan.from[0], v - fan.from[1], k - fan.from[2]);
+        let [nu, nv, nk] = fan.normal;
+        let [mu, mv, mk] = fan.permanent;
+        let mut side = (nu * u + nv * v) + nk * k;
+        if side.abs() <= (mu * u.abs() + mv * v.abs()) + mk * k.abs() {
+            side = fan.exact_side(Vec3::from_array(turned).as_dvec3());
+        }
+        Self {
+            side,
+            alpha: fan.alpha[0] * u + fan.alpha[1] * v,
+            height: fan.height[0] * u + fan.height[1] * v,
+        }
+    }
+}
+
+/// The same for a few triangles, one after the other; the scalar twin of [`block_by_section`], with the same bits.
+#[inline(always)]
+pub(super) fn block_by_each(
+    fan: &FanPlane,
+    block: &TriangleBlock,
+    mut lanes: u32,
+    gaps: &mut Gaps,
+    report: &mut FanReport,
+) -> bool {
+    let mut changed = false;
+    while lanes != 0 {
+        let lane = (lanes.trailing_zeros() & 15) as usize;
+        lanes &= lanes - 1;
+        changed |= block_by_triangle(fan, block.triangle(lane), gaps, report);
+    }
+    changed
+}
+
+#[inline(always)]
+fn block_by_triangle(fan: &FanPlane, triangle: [Vec3; 3], gaps: &mut Gaps, report: &mut FanReport) -> bool {
+    let [a, b, c] = [
+        FanVertex::new(fan, triangle[0]),
+        FanVertex::new(fan, triangle[1]),
+        FanVertex::new(fan, triangle[2]),
+    ];
+    let (na, nb, nc) = (a.side < 0.0, b.side < 0.0, c.side < 0.0);
+    if na == nb && nb == nc {
+        // An edge in the plane, below the rest.
+        let (x, y) = match [a, b, c].map(|x| x.side == 0.0) {
+            [true, true, false] if !nc => (a, b),
+            [false, true, true] if !na => (b, c),
+            [true, false, true] if !nb => (c, a),
+            _ => return false,
+        };
+        let at = |x: FanVertex| Crossing::at(x.alpha, x.height);
+        return apply(shadow_in_doubt(fan, triangle, at(x), at(y)), gaps);
+    }
+    report.triangles += 1;
+    // The vertex that is alone on its side, and the two others in turn.
+    let (lone, next, last, turned) = if nb == nc {
+        (a, b, c, triangle)
+    } else if na == nc {
+        (b, c, a, [triangle[1], triangle[2], triangle[0]])
+    } else {
+        (c, a, b, [triangle[2], triangle[0], triangle[1]])
+    };
+    let sign = if lone.side < 0.0 { 1.0 } else { -1.0 };
+    let (c0, between0) = crossing(fan, lone, next, sign);
+    let (c1, between1) = crossing(fan, lone, last, sign);
+    let (lo, hi) = if c0.t < c1.t { (c0.t, c1.t) } else { (c1.t, c0.t) };
+    if c0.ahead && c1.ahead && !gaps.meets(lo, hi) {
+        return false;
+    }
+    if between0 && between1 && hi - lo > WIDEST_BRIDGE {
+        return gaps.block(lo, hi);
+    }
+    apply(shadow_in_doubt(fan, turned, c0, c1), gaps)
+}
+
+/// Where the edge between two vertices on different sides crosses the plane, and whether that is before the light and away
+/// from p, beyond doubt.
+#[inline(always)]
+fn crossing(fan: &FanPlane, lone: FanVertex, other: FanVertex, sign: f64) -> (Crossing, bool) {
+    let alpha = (other.side * lone.alpha - lone.side * other.alpha) * sign;
+    let height = (other.side * lone.height - lone.side * other.height) * sign + 0.0;
+    let weight = (other.side - lone.side) * sign;
+    let slack = weight * fan.margin;
+    let crossing = Crossing {
+        t: alpha / height,
+        ahead: height >= 0.0,
+    };
+    (crossing, slack < height && height < weight - slack)
 }
 
 #[inline(always)]

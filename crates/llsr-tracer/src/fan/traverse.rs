@@ -3,7 +3,7 @@
 use super::boxes::BoxFilter;
 use super::gaps::{Gaps, Keep};
 use super::plane::FanPlane;
-use super::section::block_by_section;
+use super::section::{block_by_each, block_by_section};
 use super::shapes::block_shape;
 use super::{FanReport, FanScratch};
 use crate::build::{ChildRef, STACK, WIDTH, WideTree};
@@ -122,7 +122,7 @@ impl<S: Simd> Leaf<S> for TriangleLeaf<'_> {
         }
         report.blocks += 1;
         let block = &self.geometry.blocks[at.index()];
-        filter.separates(s, block) && block_by_section(s, fan, block, gaps, report)
+        filter.separates(s, block) && block_by_section(s, fan, block, block.used, gaps, report)
     }
 
     #[inline(always)]
