@@ -66,8 +66,7 @@ impl BoxFilter {
             .max((bounds.min - rounded).abs())
             .max_element()
             * (1.0 + 4.0 * f32::EPSILON);
-        // This is false for NaN too.
-        if !(reach < f32::INFINITY) {
+        if !reach.is_finite() {
             return None;
         }
         let turn = |v: [f32; 3]| fan.axes.map(|axis| *axis.of(&v));
