@@ -46,6 +46,18 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "llsr-visibility",
         ],
     ),
+    (
+        "llsr-viewer",
+        &[
+            "llsr-epr",
+            "llsr-shading",
+            "llsr-epi",
+            "llsr-render-cache",
+            "llsr-tracer",
+            "llsr-io",
+            "llsr-scene",
+        ],
+    ),
 ];
 
 /// Libraries that appear in exactly one shipped crate.
@@ -56,6 +68,8 @@ const ONLY_IN: &[(&str, &str)] = &[
     ("gltf", "llsr-io"),
     ("image", "llsr-io"),
     ("exr", "llsr-io"),
+    ("winit", "llsr-viewer"),
+    ("softbuffer", "llsr-viewer"),
 ];
 
 /// Crates without input and output, clock, global randomness or threads of their own.

@@ -48,6 +48,8 @@ pub(crate) enum Command {
     Walk(WalkArgs),
     /// Draw a scene's lines: silhouettes, creases, boundaries and shadow edges, as layers of an .svg
     Edges(EdgesArgs),
+    /// Walk through a scene in a window, and move what is in it
+    View(ViewArgs),
     /// Measure error against run time, method by method
     Bench(BenchArgs),
     /// Say what a scene file holds: units, camera, lights, repairs and what was left out
@@ -293,6 +295,31 @@ pub(crate) enum WalkShader {
 pub(crate) enum Compare {
     /// A ray tracer that shades every pixel of every frame
     Raytrace,
+}
+
+/// Without the window these are read and not looked at, so that the message is the same for all.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// What samples are shaded with at first; N goes on to the next
+    #[arg(long, value_enum, default_value_t = WalkShader::Direct)]
+    pub(crate) shader: WalkShader,
+    /// New samples a frame at most [default: 2% of the pixels]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) samples_per_frame: Option<u32>,
+    /// Rays through a pixel of a picture that X saves
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) spp: u32,
+    /// Folder for saved pictures and recorded paths
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub(crate) folder: PathBuf,
+    /// Exposure in stops; chosen from the first picture if left out
+    #[arg(long, value_name = "EV", allow_hyphen_values = true)]
+    pub(crate) exposure: Option<f64>,
+    /// Tone curve
+    #[arg(long, value_enum, default_value_t = Tone::Filmic)]
+    pub(crate) tone: Tone,
 }
 
 #[derive(Args, Clone, Debug)]

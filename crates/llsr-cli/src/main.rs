@@ -48,6 +48,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         Some(Command::Render(args)) => command::render::run(args, &cli.common, false),
         Some(Command::Walk(args)) => command::walk::run(args, &cli.common),
         Some(Command::Edges(args)) => command::edges::run(args, &cli.common),
+        Some(Command::View(args)) => command::view::run(args, &cli.common),
         Some(Command::Bench(args)) => command::bench::run(args, &cli.common),
         Some(Command::Info(args)) => command::info::run(args, &cli.common),
         Some(Command::Diff(args)) => command::diff::run(args, &cli.common),

@@ -6,4 +6,5 @@ pub(crate) mod diff;
 pub(crate) mod edges;
 pub(crate) mod info;
 pub(crate) mod render;
+pub(crate) mod view;
 pub(crate) mod walk;

@@ -174,6 +174,28 @@ impl FrameRenderer {
         })
     }
 
+    /// Makes pictures of another size from now on. Edges and points stay; so the next picture has something to show.
+    ///
+    /// As many points are kept as before: [`FrameSettings::points_per_pixel`] is that of the first size.
+    ///
+    /// # Errors
+    /// A size that is 0 or above [`llsr_epi::MAX_SIZE`]; the renderer then is as it was.
+    pub fn resize(&mut self, viewport: Viewport) -> Result<(), FrameError> {
+        let (width, height) = (viewport.width, viewport.height);
+        let image = EdgePointImage::new(width, height, *self.image.settings())?;
+        let points = PointImage::new(width, height)?;
+        let priorities = Priorities::new(width, height)?;
+        let chooser = Chooser::new(width, height)?;
+        let prediction = Prediction::new(width, height)?;
+        (self.image, self.points, self.priorities) = (image, points, priorities);
+        (self.chooser, self.prediction) = (chooser, prediction);
+        self.picture = Picture::new(width, height);
+        self.list = EdgeList::new(width, height);
+        self.requests.clear();
+        self.viewport = viewport;
+        Ok(())
+    }
+
     /// Size of the pictures.
     pub fn viewport(&self) -> Viewport {
         self.viewport

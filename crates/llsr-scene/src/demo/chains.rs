@@ -126,7 +126,7 @@ pub(super) fn chains() -> Scene {
     ));
     scene.cameras.push(Camera::look_at(
         "default",
-        DVec3::new(12.5, 9.4, -2.4),
+        DVec3::new(12.8, 8.2, -2.0),
         DVec3::new(0.0, 7.2, 0.0),
         DVec3::Y,
         FieldOfView::vertical_degrees(62.0),

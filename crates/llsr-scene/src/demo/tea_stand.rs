@@ -85,10 +85,10 @@ pub(super) fn tea_stand() -> Scene {
     light("left", [-3.4, 2.7, -1.6], [-3.4, 2.7, 1.6], 4_200.0, warm);
     scene.cameras.push(Camera::look_at(
         "default",
-        DVec3::new(3.35, 1.3, -1.45),
-        DVec3::new(3.5, 0.80, -4.35),
+        DVec3::new(3.1, 1.45, 1.0),
+        DVec3::new(3.4, 0.80, -4.6),
         DVec3::Y,
-        FieldOfView::vertical_degrees(37.0),
+        FieldOfView::vertical_degrees(21.0),
     ));
     scene
 }

@@ -5,14 +5,10 @@
 //! Kernels use the lanes only to *filter* with stated error bounds; decisions are made in double precision, so
 //! that all instruction sets, with and without fused multiply-add, answer alike.
 
-mod double;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
-#[cfg(target_arch = "x86_64")]
-mod x86_double;
 
-pub(crate) use double::{DoubleLanes, Doubles};
 pub(crate) use portable::Portable;
 
 use crate::build::ChildRef;
@@ -137,7 +133,7 @@ pub(crate) trait Floats: Copy {
 }
 
 /// A token for an instruction set, with the lanes that it offers.
-pub(crate) trait Simd: DoubleLanes {
+pub(crate) trait Simd: Copy {
     /// Eight lanes, for the children of a node.
     type F: Floats<Token = Self, Array = [f32; 8]>;
     /// Sixteen lanes, for the vertices and triangles of a block.

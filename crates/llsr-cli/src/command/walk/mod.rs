@@ -56,7 +56,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let renderer = FrameRenderer::new(&scene, viewport, settings)
         .map_err(|error| Failure::Usage(format!("--size: {error}")))?;
     let mut world = Arc::new(world);
-    let shader = make_shader(args, &world);
+    let shader = make_shader(args.shader, &world);
     let build_seconds = watch.read();
 
     let warnings: Vec<String> = loaded
@@ -155,9 +155,10 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     Ok(())
 }
 
-fn make_shader(args: &WalkArgs, world: &Arc<World>) -> Arc<dyn Shader> {
+/// The shader of that name for a world.
+pub(super) fn make_shader(shader: WalkShader, world: &Arc<World>) -> Arc<dyn Shader> {
     let (world, ambient) = (Arc::clone(world), world.suggested_ambient());
-    match args.shader {
+    match shader {
         WalkShader::Direct => Arc::new(DirectShader::new(world, ambient)),
         WalkShader::Glossy => Arc::new(GlossyShader::new(
             world,

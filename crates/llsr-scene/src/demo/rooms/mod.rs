@@ -1,9 +1,9 @@
 //! Four textured rooms around a crossing of walls, with doorways between them: after figure 12 of Bala, Walter &
 //! Greenberg 2003.
 //!
-//! The middles of the four doorways lie on a circle of 4 m around the crossing, which nothing stands on: who starts on
-//! it and turns as they walk goes through all rooms. The gallery is at positive x and z, the dining room at negative z,
-//! the library at negative x too, the lounge at negative x and positive z.
+//! The middles of the four doorways lie on a circle of 4 m around the crossing, on which nothing stands, and nothing stands
+//! on the line through the doorway that the first camera looks at. The gallery is at positive x and z, the dining room at
+//! negative z, the library at negative x too, the lounge at negative x and positive z.
 
 mod furniture;
 mod paint;
@@ -16,7 +16,7 @@ use super::solid::blocks;
 use crate::{Camera, FieldOfView, LinearLight, Mesh, ObjectId, Scene};
 
 /// Radius of the circle through the doorways (m).
-pub(super) const CIRCLE: f32 = 4.0;
+pub(in crate::demo) const CIRCLE: f32 = 4.0;
 /// From the crossing to the inside of the outer walls (m).
 const INSIDE: f32 = 7.0;
 const OUTSIDE: f32 = 7.2;
@@ -41,14 +41,14 @@ pub(super) fn rooms() -> Scene {
     furniture.lounge();
     lights(&mut scene);
 
-    // On the circle, half-way between two doorways, looking along it: to the left is the doorway to the dining room.
-    let eye = DVec3::new(1.0, 0.0, 1.0) * f64::from(CIRCLE) * 0.5f64.sqrt() + DVec3::Y * 1.55;
+    // Straight on is the doorway to the dining room.
+    let eye = DVec3::new(3.8, 1.55, 6.1);
     scene.cameras.push(Camera::look_at(
         "default",
         eye,
-        eye + DVec3::new(1.0, 0.0, -1.0),
+        eye - DVec3::Z,
         DVec3::Y,
-        FieldOfView::vertical_degrees(66.0),
+        FieldOfView::vertical_degrees(62.0),
     ));
     for (name, eye, target) in [
         ("dining room", [1.9, 1.6, -1.3], [5.2, 0.7, -5.2]),
@@ -121,7 +121,7 @@ fn lights(scene: &mut Scene) {
     for (name, a, b, flux, color) in [
         ("gallery left", [1.4, 2.62, 5.6], [3.6, 2.62, 5.6], 3600.0, white),
         ("gallery right", [5.6, 2.62, 1.5], [5.6, 2.62, 3.9], 3600.0, white),
-        ("dining table", [4.4, 2.1, -5.2], [6.0, 2.1, -5.2], 3400.0, warm),
+        ("dining table", [4.8, 2.1, -5.2], [6.4, 2.1, -5.2], 3400.0, warm),
         (
             "library shelves",
             [-6.0, 2.62, -2.4],

@@ -1,0 +1,138 @@
+//! How fast frames come, and how many samples to ask for.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// Frames that count.
+const FRAMES: usize = 60;
+/// Requests may wait about that long (s): longer and they belong to a view that is gone.
+const WAIT: f64 = 0.1;
+/// Requests that may wait however slow the shader is.
+const LEAST_WAITING: usize = 64;
+
+/// Times of the last frames.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FrameTimes {
+    ends: VecDeque<Instant>,
+    busy: VecDeque<f64>,
+}
+
+impl FrameTimes {
+    /// A frame ended at `end` and took the display thread `ms` milliseconds.
+    pub(crate) fn push(&mut self, end: Instant, ms: f64) {
+        if self.ends.len() == FRAMES {
+            self.ends.pop_front();
+            self.busy.pop_front();
+        }
+        self.ends.push_back(end);
+        self.busy.push_back(ms);
+    }
+
+    /// Frames a second over the last ones.
+    pub(crate) fn per_second(&self) -> f64 {
+        match (self.ends.front(), self.ends.back()) {
+            (Some(&first), Some(&last)) if last > first => {
+                (self.ends.len() - 1) as f64 / (last - first).as_secs_f64()
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Median time of the display thread (ms).
+    pub(crate) fn median_ms(&self) -> f64 {
+        let mut sorted: Vec<f64> = self.busy.iter().copied().collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    }
+}
+
+/// Watches how many samples come back, so that no more are asked for than will.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Budget {
+    last: Option<(Instant, u64)>,
+    /// Points a second.
+    rate: f64,
+}
+
+impl Budget {
+    /// `shaded` points have come back altogether by `now`.
+    pub(crate) fn watch(&mut self, now: Instant, shaded: u64) {
+        let Some((then, before)) = self.last else {
+            self.last = Some((now, shaded));
+            return;
+        };
+        let elapsed = now - then;
+        if elapsed >= Duration::from_millis(100) {
+            let rate = shaded.saturating_sub(before) as f64 / elapsed.as_secs_f64();
+            self.rate = if self.rate == 0.0 {
+                rate
+            } else {
+                0.5 * (self.rate + rate)
+            };
+            self.last = Some((now, shaded));
+        }
+    }
+
+    /// Points a second.
+    pub(crate) fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// How many to ask for if at most `samples` are wanted and `waiting` wait already.
+    pub(crate) fn ask(&self, samples: usize, waiting: usize) -> usize {
+        // As long as nothing is known, what is wanted.
+        let room = if self.rate > 0.0 {
+            ((self.rate * WAIT) as usize).max(LEAST_WAITING)
+        } else {
+            samples
+        };
+        samples.min(room.saturating_sub(waiting))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_those_of_the_last_frames() {
+        let mut times = FrameTimes::default();
+        let start = Instant::now();
+        for i in 0..200u32 {
+            // Slow at first, then 50 a second.
+            let at = if i < 100 { 100 * i } else { 10_000 + 20 * (i - 100) };
+            times.push(
+                start + Duration::from_millis(u64::from(at)),
+                if i % 3 == 0 { 50.0 } else { 4.0 },
+            );
+        }
+        assert!((times.per_second() - 50.0).abs() < 1e-6, "{}", times.per_second());
+        assert!((times.median_ms() - 4.0).abs() < 1e-12, "{}", times.median_ms());
+    }
+
+    #[test]
+    fn a_slow_shader_is_asked_for_what_it_can_do() {
+        let mut budget = Budget::default();
+        let start = Instant::now();
+        assert_eq!(budget.ask(4000, 0), 4000, "nothing is known yet");
+        for i in 0..40u64 {
+            // 2000 a second.
+            budget.watch(start + Duration::from_millis(50 * i), 100 * i);
+        }
+        assert!((budget.rate() - 2000.0).abs() < 1.0, "{}", budget.rate());
+        assert_eq!(budget.ask(4000, 0), 200, "a tenth of a second's worth");
+        assert_eq!(budget.ask(4000, 150), 50, "less what waits");
+        assert_eq!(budget.ask(4000, 500), 0, "enough waits");
+        assert_eq!(budget.ask(10, 0), 10, "not more than wanted");
+    }
+
+    #[test]
+    fn a_shader_that_stalls_is_still_asked() {
+        let mut budget = Budget::default();
+        let start = Instant::now();
+        for i in 0..200u64 {
+            budget.watch(start + Duration::from_millis(100 * i), 500.min(100 * i));
+        }
+        assert!(budget.ask(4000, 0) >= LEAST_WAITING, "a few");
+    }
+}
