@@ -46,6 +46,7 @@ pub(crate) fn fill(
 
 /// The filtered colour of the coloured pixels of the window among the bits of `mask`.
 fn filtered(picture: &Picture, kernel: &Kernel, mut mask: u32, x: usize, y: usize) -> Option<Vec3> {
+    mask &= coloured_around(picture, x, y);
     let (mut sum, mut weight) = (Vec3::ZERO, 0.0);
     while mask != 0 {
         let bit = mask.trailing_zeros() as isize;
@@ -53,12 +54,29 @@ fn filtered(picture: &Picture, kernel: &Kernel, mut mask: u32, x: usize, y: usiz
         let tap = bit + isize::from(bit >= 12);
         let (dx, dy) = (tap % 5 - 2, tap / 5 - 2);
         let (nx, ny) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
-        let inside = nx < picture.width && ny < picture.height;
-        if inside && picture.coloured.row(ny as isize).bit(0, nx as isize) {
-            let w = kernel.weight(dx, dy);
-            sum += colour(picture, ny * picture.stride + nx) * w;
-            weight += w;
-        }
+        let w = kernel.weight(dx, dy);
+        sum += colour(picture, ny * picture.stride + nx) * w;
+        weight += w;
     }
     (weight > 0.0).then(|| sum / weight)
+}
+
+/// Which pixels of the window lie in the picture and have a colour, in the order of the masks of reachability.
+fn coloured_around(picture: &Picture, x: usize, y: usize) -> u32 {
+    let mut window = 0;
+    for i in 0..5 {
+        let row = picture.coloured.row(y as isize + i - 2).plane(0);
+        // Bit x - 2 comes to 0; rows and words of guard have no bit set.
+        let first = x + 64 - 2;
+        let (word, shift) = (first / 64, first % 64);
+        let low = row[word] >> shift;
+        let high = if shift > 59 {
+            row[word + 1] << (64 - shift)
+        } else {
+            0
+        };
+        window |= ((low | high) as u32 & 31) << (5 * i);
+    }
+    // Without the centre, bit 12.
+    window & 0xfff | window >> 1 & 0xfff000
 }

@@ -6,21 +6,26 @@
 //! hidden.
 
 use llsr_epi::EdgePointImage;
-use llsr_render_cache::{NO_SLOT, PointImage, PointStore};
+use llsr_render_cache::{NO_SLOT, OCCUPIED, PointImage, PointStore};
 
 /// How much nearer, as a share of the depth, a point of another object must be: an object may run into another without an
 /// edge.
-const OTHER_OBJECT: f32 = 0.02;
+const OTHER_OBJECT: f32 = 0.03;
 /// The same for points of one object and for each pixel between them: a surface seen at a grazing angle is that steep.
 const SAME_OBJECT: f32 = 0.06;
 /// Pixels that a point looks around, each way: those of the masks of reachability.
 const REACH: usize = 2;
+
+/// A region near the middle of a pixel.
+const MIDDLE: u8 = 5;
 
 /// Working memory of the search for hidden points.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HiddenScratch {
     /// For each pixel the least depth of the points in the 5x5 pixels around it, in the layout of the planes of points.
     least: Vec<f32>,
+    /// A point in every pixel that has one around it.
+    region: Vec<u8>,
     /// Least depth of five columns, for five rows in a ring.
     across: [Vec<f32>; 5],
     padded: Vec<f32>,
@@ -28,11 +33,11 @@ pub(crate) struct HiddenScratch {
 }
 
 impl HiddenScratch {
-    /// Works out the least depths around each pixel.
+    /// Works out the least depths around each pixel, and regions that say that there is a point where one is around.
     ///
-    /// As depths of the points they make occlusion culling of edges stricter: a far point among near ones no longer lets the far
-    /// edges around it through, which would wall it in and keep it from being found.
-    pub(crate) fn least_depths(&mut self, points: &PointImage) -> &[f32] {
+    /// In place of those of the points they make occlusion culling of edges stricter: a far point among near ones no longer
+    /// lets the far edges around it through, nor does a gap, which would wall it in and keep it from being found.
+    pub(crate) fn least_depths(&mut self, points: &PointImage) -> (&[f32], &[u8]) {
         let (width, height) = points.size();
         let (columns, rows, stride) = (width as usize, height as usize, points.stride());
         let depths = points.depth_plane();
@@ -44,6 +49,8 @@ impl HiddenScratch {
         fill(&mut self.padded, columns + 2 * REACH);
         if self.least.len() != depths.len() {
             fill(&mut self.least, depths.len());
+            self.region.clear();
+            self.region.resize(depths.len(), 0);
         }
         let padded = &mut self.padded;
         let mut load = |y: usize, across: &mut [Vec<f32>; 5]| {
@@ -62,9 +69,20 @@ impl HiddenScratch {
         for y in 0..rows {
             load(y + REACH, &mut self.across);
             let five = self.across.each_ref().map(|row| &row[..columns]);
-            least_of(five, &mut self.least[y * stride..][..columns]);
+            let least = &mut self.least[y * stride..][..columns];
+            least_of(five, least);
+            let from = &points.region_plane()[y * stride..][..columns];
+            let region = &mut self.region[y * stride..][..columns];
+            for x in 0..columns {
+                let made = if least[x] < f32::INFINITY {
+                    OCCUPIED | MIDDLE
+                } else {
+                    0
+                };
+                region[x] = if from[x] == 0 { made } else { from[x] };
+            }
         }
-        &self.least
+        (&self.least, &self.region)
     }
 
     /// Takes the points that are hidden behind what they reach out of picture and cache; the edge-and-point image keeps them.

@@ -23,7 +23,7 @@ const BACKGROUND: u32 = u32::MAX;
 /// Frames for which an object counts as visible after a sample of it: as long as a point lives.
 const VISIBLE_FRAMES: u64 = 255;
 /// Passes that hand colours on to pixels that reach no point, two pixels each.
-const FILL_PASSES: usize = 4;
+const FILL_PASSES: usize = 2;
 /// Points of a cell of 8x8 pixels from which on the prediction asks for no more: one in five.
 const ENOUGH: usize = 13;
 /// One group of points in so many is looked at to predict.
@@ -340,8 +340,8 @@ impl FrameRenderer {
         self.list.extend_world(&matrix, self.scratch.found.segments());
         ms.rasterize = watch.lap();
 
-        let least = self.scratch.hidden.least_depths(&self.points);
-        load_points(&mut self.image, &self.points, least);
+        let (depth, region) = self.scratch.hidden.least_depths(&self.points);
+        load_points(&mut self.image, &self.points, depth, region);
         ms.points += watch.lap();
         self.image.rasterize(&self.list, self.settings.occlusion);
         self.image.classify();
@@ -354,7 +354,8 @@ impl FrameRenderer {
             .discard(&self.image, &mut self.points, &mut self.store);
 
         // From here on with shadows too: a jump of depth is not theirs.
-        load_points(&mut self.image, &self.points, self.points.depth_plane());
+        let (depth, region) = (self.points.depth_plane(), self.points.region_plane());
+        load_points(&mut self.image, &self.points, depth, region);
         ms.points += watch.lap();
         self.list.extend_world(&matrix, shadow_edges);
         self.image.rasterize(&self.list, self.settings.occlusion);
@@ -436,7 +437,8 @@ impl FrameRenderer {
             unreachable!("the size was checked when the image of points was made")
         };
         let density = self.points.counts().occupied as f32 / self.viewport.pixels() as f32;
-        let filter = DepthFilter::default().for_density(density);
+        // Points are thinner where surfaces come near.
+        let filter = DepthFilter::default().for_density(0.6 * density);
         self.points.reproject(&self.store, &view, &filter);
     }
 
@@ -510,11 +512,11 @@ impl FrameRenderer {
     }
 }
 
-/// Makes the points the samples of the image, with depths in the layout of their planes.
-fn load_points(image: &mut EdgePointImage, points: &PointImage, depth: &[f32]) {
+/// Makes the points the samples of the image, with depths and regions in the layout of their planes.
+fn load_points(image: &mut EdgePointImage, points: &PointImage, depth: &[f32], region: &[u8]) {
     image.load_samples(SamplePlanes {
         stride: points.stride(),
-        region: points.region_plane(),
+        region,
         depth,
         colour: points.colour_plane(),
     });
