@@ -249,6 +249,14 @@ pub(crate) struct WalkArgs {
     /// What samples are shaded with
     #[arg(long, value_enum, default_value_t = WalkShader::Direct)]
     pub(crate) shader: WalkShader,
+    /// Another program to shade with, over its standard streams (docs/shader-protocol.md)
+    #[arg(
+        long,
+        value_name = "CMD",
+        conflicts_with = "shader",
+        allow_hyphen_values = true
+    )]
+    pub(crate) shader_cmd: Option<String>,
     /// Shade on threads of their own while frames are drawn, instead of a fixed number of samples between frames
     #[arg(long)]
     pub(crate) live: bool,

@@ -332,7 +332,7 @@ impl FrameRenderer {
         ms.points = watch.lap() + self.coming.points;
 
         self.find_edges(camera);
-        let shadow_edges = self.shadows.as_mut().map_or(&[][..], Shadows::update);
+        let (shadow_edges, shadow_pairs) = self.shadows.as_mut().map_or((&[][..], 0), Shadows::update);
         let shadow_edge_count = shadow_edges.len();
         ms.edges = watch.lap();
 
@@ -388,6 +388,7 @@ impl FrameRenderer {
             },
             silhouette_edges: self.scratch.found.len(),
             shadow_edges: shadow_edge_count,
+            shadow_pairs,
             edges_in_picture: self.list.len(),
             pixels: self.image.class_counts(),
             points: self.points.counts(),

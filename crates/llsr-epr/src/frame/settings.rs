@@ -105,6 +105,8 @@ pub struct FrameReport {
     pub silhouette_edges: usize,
     /// Shadow edges drawn.
     pub shadow_edges: usize,
+    /// Pairs of light and blocker whose shadow edges were computed for this frame.
+    pub shadow_pairs: usize,
     /// Edges of either kind of which a part lies in the picture.
     pub edges_in_picture: usize,
     /// Pixels without an edge, with one, and others.

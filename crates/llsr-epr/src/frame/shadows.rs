@@ -48,8 +48,9 @@ impl Shadows {
         }
     }
 
-    /// Computes again what has moved, and for the first time what was met. Returns all edges (m, recentred frame).
-    pub(crate) fn update(&mut self) -> &[[Vec3; 2]] {
+    /// Computes again what has moved, and for the first time what was met. Returns all edges (m, recentred frame) and for how
+    /// many pairs of light and blocker there was something to compute.
+    pub(crate) fn update(&mut self) -> (&[[Vec3; 2]], usize) {
         let mut pairs = 0;
         if !(self.moved_objects.is_empty() && self.moved_lights.is_empty()) {
             let done = self
@@ -67,6 +68,6 @@ impl Shadows {
             self.segments.clear();
             self.segments.extend(self.edges.iter().map(|edge| edge.segment));
         }
-        &self.segments
+        (&self.segments, pairs)
     }
 }

@@ -7,7 +7,7 @@ mod stage;
 
 use std::sync::Arc;
 
-use llsr_epr::{CameraPath, FrameRenderer, FrameSettings, ray_trace};
+use llsr_epr::{CameraPath, ExternalSettings, ExternalShader, FrameRenderer, FrameSettings, ray_trace};
 use llsr_scene::{Camera, Scene, Viewport};
 use llsr_shading::{DirectShader, GiSettings, GiShader, GlossySettings, GlossyShader, Shader, World};
 
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let renderer = FrameRenderer::new(&scene, viewport, settings)
         .map_err(|error| Failure::Usage(format!("--size: {error}")))?;
     let mut world = Arc::new(world);
-    let shader = make_shader(args.shader, &world);
+    let shader = shader_of(args, &world, (&path.cameras[0], viewport))?;
     let build_seconds = watch.read();
 
     let warnings: Vec<String> = loaded
@@ -153,6 +153,25 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
         keeper.print();
     }
     Ok(())
+}
+
+/// The shader that the command line asks for.
+fn shader_of(
+    args: &WalkArgs,
+    world: &Arc<World>,
+    (camera, viewport): (&Camera, Viewport),
+) -> Result<Arc<dyn Shader>, Failure> {
+    let Some(command) = &args.shader_cmd else {
+        return Ok(make_shader(args.shader, world));
+    };
+    let settings = ExternalSettings {
+        scene: args.scene.scene.clone(),
+        view: Some((camera.clone(), viewport)),
+        ..ExternalSettings::default()
+    };
+    let shader = ExternalShader::spawn(command, Arc::clone(world), &settings)
+        .map_err(|error| Failure::Work(format!("--shader-cmd: {error}")))?;
+    Ok(Arc::new(shader))
 }
 
 /// The shader of that name for a world.

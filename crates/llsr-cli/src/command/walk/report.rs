@@ -167,6 +167,7 @@ impl FrameLine {
             "edges": {
                 "silhouette": report.silhouette_edges,
                 "shadow": report.shadow_edges,
+                "shadow_pairs_updated": report.shadow_pairs,
                 "in_picture": report.edges_in_picture,
             },
             "pixels": {

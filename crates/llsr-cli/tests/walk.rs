@@ -1,0 +1,213 @@
+//! `llsr walk` as a user meets it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn llsr(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_llsr"))
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .expect("the program was built with this test")
+}
+
+/// Runs and demands the exit code; returns what was said.
+fn run(folder: &Path, args: &[&str], code: i32) -> (String, String) {
+    let output = llsr(folder, args);
+    let [out, err] = [&output.stdout, &output.stderr].map(|b| String::from_utf8_lossy(b).into_owned());
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {out}{err}");
+    assert!(!err.contains("panicked"), "{args:?}: {err}");
+    (out, err)
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("the report was written")).expect("it is JSON")
+}
+
+const SMALL: [&str; 6] = ["walk", "--size", "96x72", "--frames", "6", "--quiet"];
+
+fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&SMALL[..], more].concat()
+}
+
+#[test]
+fn a_report_has_the_promised_keys() {
+    let folder = TempDir::new().expect("a folder");
+    let args = small(&[
+        "--report",
+        "r.json",
+        "--compare",
+        "raytrace",
+        "--reference",
+        "--keep-frames",
+        "kept",
+        "--every",
+        "4",
+    ]);
+    run(folder.path(), &args, 0);
+    let report = json(&folder.path().join("r.json"));
+    let frames = report["frames"].as_array().expect("frames");
+    assert_eq!(frames.len(), 6, "one entry a frame");
+    for (number, frame) in frames.iter().enumerate() {
+        let stages = [
+            "edges",
+            "rasterize",
+            "points",
+            "reach",
+            "interpolate",
+            "antialias",
+            "complex",
+        ];
+        let sum: f64 = stages.iter().map(|s| frame["ms"][s].as_f64().expect(s)).sum();
+        let total = frame["ms"]["total"].as_f64().expect("total");
+        assert!(sum > 0.0 && sum <= total, "frame {number}: {sum} of {total} ms");
+        let pixels: u64 = ["empty", "simple", "complex"]
+            .iter()
+            .map(|class| frame["pixels"][class].as_u64().expect(class))
+            .sum();
+        assert_eq!(pixels, 96 * 72, "every pixel has a class");
+        assert!(frame["edges"]["silhouette"].as_u64() > Some(0), "{frame}");
+        assert!(frame["edges"]["shadow"].is_u64(), "{frame}");
+        assert_eq!(frame["holes"], 0, "frame {number}");
+        // One pixel in a hundred, but for the first and for points that look away.
+        let new = frame["new_samples"].as_u64().expect("new samples");
+        let expected = if number == 0 { 432 } else { 69 };
+        assert!(
+            new <= expected && new + 8 >= expected,
+            "frame {number}: {new} new samples"
+        );
+        assert_eq!(
+            frame["error"].is_object(),
+            number == 3 || number == 5,
+            "frame {number}"
+        );
+    }
+    let error = &frames[5]["error"];
+    for measure in [
+        &error["flip"],
+        &error["raytrace"]["flip"],
+        &error["blind"]["flip"],
+    ] {
+        let flip = measure.as_f64().expect("FLIP");
+        assert!(flip > 0.0 && flip < 1.0, "{error}");
+    }
+    let summary = &report["summary"];
+    for key in ["fps", "sparseness", "raytrace_seconds", "speedup"] {
+        assert!(summary[key].as_f64().expect(key) > 0.0, "{key}: {summary}");
+    }
+    assert!(summary["median_ms"]["total"].as_f64() > Some(0.0), "{summary}");
+    for name in ["frame", "edges", "reference", "raytrace", "blind"] {
+        for number in ["00003", "00005"] {
+            let file = folder.path().join(format!("kept/{name}-{number}.png"));
+            let bytes = fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+            assert!(bytes.starts_with(b"\x89PNG"), "{}", file.display());
+        }
+    }
+    assert_eq!(
+        fs::read_dir(folder.path().join("kept")).expect("kept").count(),
+        10,
+        "nothing else"
+    );
+}
+
+#[test]
+fn lockstep_has_the_same_bits_for_one_thread_and_two() {
+    let folder = TempDir::new().expect("a folder");
+    let hash = |threads: &str, shader: &str, seed: &str| {
+        let args = small(&[
+            "--report",
+            "r.json",
+            "--threads",
+            threads,
+            "--shader",
+            shader,
+            "--seed",
+            seed,
+            "--add-grid",
+            "--move",
+        ]);
+        run(folder.path(), &args, 0);
+        json(&folder.path().join("r.json"))["summary"]["last_frame_hash"].clone()
+    };
+    for shader in ["direct", "glossy", "gi"] {
+        let first = hash("1", shader, "3");
+        assert!(first.is_string(), "{first}");
+        assert_eq!(first, hash("2", shader, "3"), "{shader}");
+        assert_eq!(first, hash("2", shader, "3"), "{shader}, again");
+    }
+    assert_ne!(
+        hash("2", "direct", "3"),
+        hash("2", "direct", "4"),
+        "the seed matters"
+    );
+}
+
+#[test]
+fn live_walks_end_and_report() {
+    let folder = TempDir::new().expect("a folder");
+    run(
+        folder.path(),
+        &small(&["--live", "--report", "r.json", "--add-grid", "--move"]),
+        0,
+    );
+    let report = json(&folder.path().join("r.json"));
+    assert!(report["live"]["shaded"].as_u64() > Some(0), "{}", report["live"]);
+    assert_eq!(report["summary"]["holes"], 0, "no holes");
+}
+
+#[test]
+fn a_path_is_followed() {
+    let folder = TempDir::new().expect("a folder");
+    let line = |x: f64| format!("{x} 1.6 0  0 0 -1  0 1 0  60\n");
+    fs::write(
+        folder.path().join("p.txt"),
+        format!("# llsr camera path 1\n{}{}", line(0.0), line(0.1)),
+    )
+    .expect("a file");
+    let args = [
+        "walk", "--size", "64x48", "--path", "p.txt", "--report", "r.json", "--quiet",
+    ];
+    run(folder.path(), &args, 0);
+    assert_eq!(
+        json(&folder.path().join("r.json"))["frames"]
+            .as_array()
+            .map(Vec::len),
+        Some(2),
+        "two cameras"
+    );
+    fs::write(folder.path().join("p.txt"), "0 0 0  0 0 -1\n").expect("a file");
+    let (_, said) = run(folder.path(), &args, 1);
+    assert!(
+        said.contains("p.txt") && said.contains("line 1") && said.contains("6 numbers"),
+        "{said}"
+    );
+}
+
+#[test]
+fn mistakes_are_named() {
+    let folder = TempDir::new().expect("a folder");
+    for (args, code, problem) in [
+        (vec!["--move"], 2, "--add-grid"),
+        (vec!["--move=nothing"], 2, "no such object"),
+        (vec!["--path", "missing.txt"], 1, "missing.txt"),
+        (vec!["--samples-per-frame", "0"], 2, "--samples-per-frame"),
+        (vec!["--shader", "radiosity"], 2, "direct, glossy, gi"),
+        (
+            vec!["--shader-cmd", "no-such-program-anywhere"],
+            1,
+            "no-such-program-anywhere",
+        ),
+        (vec!["demo:nowhere"], 2, "demo:nowhere"),
+    ] {
+        let (_, said) = run(folder.path(), &small(&args), code);
+        let found = said.contains(problem) || problem.strip_prefix("demo:").is_some_and(|p| said.contains(p));
+        assert!(found, "{args:?}: {said}");
+    }
+    fs::write(folder.path().join("file"), "").expect("a file");
+    let (_, said) = run(folder.path(), &small(&["--keep-frames", "file"]), 1);
+    assert!(said.contains("--keep-frames file"), "{said}");
+}

@@ -1,0 +1,64 @@
+//! Frames do not allocate after the first ones.
+#![expect(unsafe_code, reason = "a global allocator that counts")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use llsr_epr::{CameraPath, FrameRenderer, FrameSettings, shade_lockstep};
+use llsr_scene::{Viewport, demo};
+use llsr_shading::{DirectShader, Encounters, World};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: hands everything on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: as the caller promised.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promised.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+#[test]
+fn frames_do_not_allocate() {
+    let (world, _) = World::new(Arc::new(demo::build("subway").expect("a scene")), &[]);
+    let scene = Arc::clone(world.scene());
+    let shader = DirectShader::new(Arc::new(world), glam::Vec3::ONE);
+    let viewport = Viewport {
+        width: 128,
+        height: 96,
+    };
+    let mut renderer = FrameRenderer::new(&scene, viewport, FrameSettings::default()).expect("size");
+    // There and back again, so that nothing new is met the second time.
+    let there = CameraPath::default_walk(&scene.cameras[0], 12, 10.0).cameras;
+    let path: Vec<_> = there.iter().chain(there.iter().rev()).cycle().take(96).collect();
+    let (mut points, mut met) = (Vec::new(), Encounters::default());
+    renderer.draw(path[0], 800);
+    let mut quiet = 0;
+    for (frame, camera) in path.into_iter().enumerate() {
+        points.clear();
+        met.clear();
+        shade_lockstep(&shader, renderer.requests(), 0, &mut points, &mut met);
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        renderer.take(&points, &met);
+        renderer.draw(camera, 120);
+        let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        // New shadows have edges to be found; only that may ask for memory.
+        if frame >= 48 && renderer.report().shadow_pairs == 0 {
+            assert_eq!(allocated, 0, "allocations in frame {frame}");
+            quiet += 1;
+        }
+    }
+    assert!(quiet > 30, "{quiet} frames without new shadows");
+}

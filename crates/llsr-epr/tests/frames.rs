@@ -1,0 +1,310 @@
+//! Frames in lockstep with shaders.
+
+use std::sync::Arc;
+
+use glam::{Affine3A, DVec3, Vec3};
+use llsr_epr::{CameraPath, FrameRenderer, FrameReport, FrameSettings, LockstepRenderer, ray_trace};
+use llsr_scene::{Camera, FieldOfView, LinearLight, Material, Mesh, ObjectId, Scene, Viewport, demo};
+use llsr_shading::{
+    DirectShader, Encounters, Place, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
+};
+
+const VIEWPORT: Viewport = Viewport {
+    width: 120,
+    height: 90,
+};
+
+/// A box above a floor under a short light.
+fn boxed() -> (Scene, ObjectId) {
+    let mut scene = Scene::new("box");
+    let grey = scene.add_material(Material::diffuse("grey", Vec3::splat(0.6)));
+    let red = scene.add_material(Material::diffuse("red", Vec3::new(0.8, 0.1, 0.1)));
+    let corners = [[-4.0, -4.0], [-4.0, 4.0], [4.0, 4.0], [4.0, -4.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
+    scene.add_mesh(Mesh::quad("floor", corners, grey));
+    let id = scene.add_mesh(Mesh::cuboid(
+        "box",
+        Vec3::new(-0.5, 0.6, -0.5),
+        Vec3::new(0.5, 1.2, 0.5),
+        red,
+    ));
+    let (a, b) = (DVec3::new(-0.3, 4.0, 0.0), DVec3::new(0.3, 4.0, 0.0));
+    scene.add_light(LinearLight::new("tube", a, b, 3000.0));
+    (scene, id)
+}
+
+fn camera() -> Camera {
+    let eye = DVec3::new(1.0, 3.5, 5.0);
+    Camera::look_at(
+        "eye",
+        eye,
+        DVec3::new(0.0, 0.3, 0.0),
+        DVec3::Y,
+        FieldOfView::vertical_degrees(50.0),
+    )
+}
+
+fn bits(renderer: &FrameRenderer) -> Vec<u32> {
+    let picture = renderer.picture();
+    (0..picture.size().1)
+        .flat_map(|y| {
+            picture
+                .row(y)
+                .into_iter()
+                .flatten()
+                .map(|v| v.to_bits())
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Mean of |a - b| over mean of b, for the pixels that `of` picks.
+fn relative_error(renderer: &FrameRenderer, truth: &llsr_epi::Picture, of: impl Fn(u32, u32) -> bool) -> f32 {
+    let (mut difference, mut sum) = (0.0, 0.0);
+    for y in 0..VIEWPORT.height {
+        for x in (0..VIEWPORT.width).filter(|&x| of(x, y)) {
+            let (a, b) = (renderer.picture().pixel(x, y), truth.pixel(x, y));
+            difference += (a - b).abs().element_sum();
+            sum += b.element_sum();
+        }
+    }
+    difference / sum
+}
+
+#[test]
+fn walks_have_the_same_bits_for_any_number_of_threads() {
+    let scene = demo::build("subway").expect("a scene");
+    let (world, _) = World::new(Arc::new(scene), &[]);
+    let world = Arc::new(world);
+    let path = CameraPath::default_walk(&world.scene().cameras[0], 12, 10.0);
+    let run = |threads: usize| {
+        let shader = DirectShader::new(Arc::clone(&world), Vec3::ONE);
+        let renderer = FrameRenderer::new(world.scene(), VIEWPORT, FrameSettings::default()).expect("size");
+        let mut lockstep = LockstepRenderer::new(renderer, 200);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        pool.install(|| {
+            lockstep.warm_up(&shader, &path.cameras[0]);
+            for camera in &path.cameras {
+                lockstep.draw(camera);
+                lockstep.shade(&shader);
+                assert_eq!(lockstep.renderer.report().holes, 0, "no frame has holes");
+            }
+        });
+        (bits(&lockstep.renderer), *lockstep.renderer.report())
+    };
+    let (one, report) = run(1);
+    let (two, _) = run(2);
+    assert_eq!(one, two, "one thread and two");
+    assert!(
+        report.shadow_edges > 0 && report.silhouette_edges > 0,
+        "{report:?}"
+    );
+    assert!(report.points.occupied > 1000, "points gather: {report:?}");
+    let other_seed = {
+        let shader = DirectShader::new(Arc::clone(&world), Vec3::ONE);
+        let settings = FrameSettings {
+            seed: 1,
+            ..FrameSettings::default()
+        };
+        let renderer = FrameRenderer::new(world.scene(), VIEWPORT, settings).expect("size");
+        let mut lockstep = LockstepRenderer::new(renderer, 200);
+        lockstep.warm_up(&shader, &path.cameras[0]);
+        lockstep.draw(&path.cameras[0]);
+        bits(&lockstep.renderer)
+    };
+    assert_ne!(one, other_seed, "the seed matters");
+}
+
+#[test]
+fn a_still_camera_comes_close_to_ray_tracing() {
+    let (scene, _) = boxed();
+    let (world, _) = World::new(Arc::new(scene), &[]);
+    let scene = Arc::clone(world.scene());
+    let shader = DirectShader::new(Arc::new(world), Vec3::ZERO);
+    let truth = ray_trace(&shader, &camera(), VIEWPORT, 4, 0).expect("the shader works");
+    let error = |edges: bool| {
+        let settings = FrameSettings {
+            shadow_edges: edges,
+            // Creases at no angle: silhouettes only.
+            crease_degrees: if edges { 85.0 } else { 180.0 },
+            ..FrameSettings::default()
+        };
+        let renderer = FrameRenderer::new(&scene, VIEWPORT, settings).expect("size");
+        let mut lockstep = LockstepRenderer::new(renderer, 400);
+        lockstep.warm_up(&shader, &camera());
+        for _ in 0..6 {
+            lockstep.draw(&camera());
+            lockstep.shade(&shader);
+        }
+        relative_error(&lockstep.renderer, &truth, |_, _| true)
+    };
+    let (with, without) = (error(true), error(false));
+    assert!(with < 0.03, "{with} with a quarter of the pixels shaded");
+    assert!(with < 0.9 * without, "edges help: {with}, without {without}");
+}
+
+#[test]
+fn no_stale_shadow_outlives_its_frames() {
+    let (scene, object) = boxed();
+    let (world, _) = World::new(Arc::new(scene), &[object]);
+    let scene = Arc::clone(world.scene());
+    let world = Arc::new(world);
+    let shader = DirectShader::new(Arc::clone(&world), Vec3::ZERO);
+    let settings = FrameSettings::default();
+    let renderer = FrameRenderer::new(&scene, VIEWPORT, settings).expect("size");
+    let mut lockstep = LockstepRenderer::new(renderer, 300);
+    lockstep.warm_up(&shader, &camera());
+    for _ in 0..20 {
+        lockstep.draw(&camera());
+        lockstep.shade(&shader);
+    }
+    let before = ray_trace(&shader, &camera(), VIEWPORT, 1, 0).expect("the shader works");
+    let to = Affine3A::from_translation(Vec3::new(1.8, 0.0, 0.0));
+    let change = world.moved(&[Place::Object(object, to)]).expect("movable");
+    shader.changed(&change);
+    lockstep.renderer.changed(&change);
+    let truth = ray_trace(&shader, &camera(), VIEWPORT, 1, 0).expect("the shader works");
+    // Where the shadow or the box was: there a stale point would show.
+    let changed = |x: u32, y: u32| (before.pixel(x, y) - truth.pixel(x, y)).abs().max_element() > 1.0;
+    lockstep.draw(&camera());
+    assert!(
+        lockstep.renderer.report().doubtful > 100,
+        "{:?}",
+        lockstep.renderer.report()
+    );
+    let first = relative_error(&lockstep.renderer, &truth, changed);
+    for _ in 0..settings.stale_frames {
+        lockstep.shade(&shader);
+        lockstep.draw(&camera());
+    }
+    let last = relative_error(&lockstep.renderer, &truth, changed);
+    assert!(first > 0.2, "the shadow moved: {first}");
+    assert!(
+        last < 0.06,
+        "{last} after {} frames, {first} at first",
+        settings.stale_frames
+    );
+    // Every point that is left agrees with the scene as it is.
+    let mut met = Encounters::default();
+    let mut wrong = 0;
+    for (_, point) in lockstep.renderer.store().iter() {
+        let request = ShadeRequest {
+            id: 0,
+            origin: camera().position,
+            direction: point.position.as_dvec3() - camera().position,
+        };
+        let mut answer = Vec::new();
+        shader
+            .shade(
+                &[request],
+                0,
+                &mut ShaderScratch::default(),
+                &mut answer,
+                &mut met,
+            )
+            .expect("a good ray");
+        let same_place = answer[0].position.distance(point.position) < 0.01;
+        let difference = (answer[0].colour - point.colour).abs().max_element();
+        wrong += usize::from(same_place && difference > 0.1 * answer[0].colour.max_element() + 1.0);
+    }
+    assert!(wrong <= 3, "{wrong} points show what was");
+}
+
+#[test]
+fn points_move_with_their_object() {
+    let (scene, object) = boxed();
+    let (world, _) = World::new(Arc::new(scene), &[object]);
+    let scene = Arc::clone(world.scene());
+    let world = Arc::new(world);
+    let shader = DirectShader::new(Arc::clone(&world), Vec3::ZERO);
+    let renderer = FrameRenderer::new(&scene, VIEWPORT, FrameSettings::default()).expect("size");
+    let mut lockstep = LockstepRenderer::new(renderer, 300);
+    lockstep.warm_up(&shader, &camera());
+    lockstep.draw(&camera());
+    let points = |lockstep: &LockstepRenderer| {
+        let on_box = lockstep
+            .renderer
+            .store()
+            .iter()
+            .filter(|(_, p)| p.object == object.0);
+        on_box.map(|(_, p)| p.position).collect::<Vec<_>>()
+    };
+    let before = points(&lockstep);
+    let by = Vec3::new(0.1, 0.2, -0.3);
+    let change = world
+        .moved(&[Place::Object(object, Affine3A::from_translation(by))])
+        .expect("movable");
+    lockstep.renderer.changed(&change);
+    let after = points(&lockstep);
+    assert!(before.len() > 10, "{} points on the box", before.len());
+    assert_eq!(before.len(), after.len(), "none is lost");
+    for (a, b) in before.iter().zip(&after) {
+        assert!((*a + by).distance(*b) < 1e-5, "{a} to {b}");
+    }
+}
+
+/// Answers some requests, and fails for the others.
+struct Moody<'a>(&'a DirectShader);
+
+impl Shader for Moody<'_> {
+    fn name(&self) -> &str {
+        "moody"
+    }
+
+    fn shade(
+        &self,
+        requests: &[ShadeRequest],
+        seed: u64,
+        scratch: &mut ShaderScratch,
+        points: &mut Vec<ShadedPoint>,
+        met: &mut Encounters,
+    ) -> Result<(), ShaderError> {
+        match requests[0].id / 32 % 3 {
+            0 => panic!("as planned"),
+            1 => Err(ShaderError::External("no".to_owned())),
+            _ => self.0.shade(requests, seed, scratch, points, met),
+        }
+    }
+}
+
+#[test]
+fn a_failing_shader_costs_samples_only() {
+    let (scene, _) = boxed();
+    let (world, _) = World::new(Arc::new(scene), &[]);
+    let scene = Arc::clone(world.scene());
+    let direct = DirectShader::new(Arc::new(world), Vec3::ZERO);
+    let shader = Moody(&direct);
+    let renderer = FrameRenderer::new(&scene, VIEWPORT, FrameSettings::default()).expect("size");
+    let mut lockstep = LockstepRenderer::new(renderer, 320);
+    lockstep.warm_up(&shader, &camera());
+    for _ in 0..10 {
+        lockstep.draw(&camera());
+        lockstep.shade(&shader);
+    }
+    let trouble = lockstep.trouble();
+    assert!(trouble.panics > 0 && trouble.errors > 0, "{trouble:?}");
+    assert_eq!(lockstep.renderer.report().holes, 0, "the picture stays whole");
+    assert!(
+        lockstep.renderer.report().points.occupied > 300,
+        "points still come"
+    );
+}
+
+#[test]
+fn nothing_known_is_one_large_hole() {
+    let (scene, _) = boxed();
+    let mut renderer = FrameRenderer::new(&scene, VIEWPORT, FrameSettings::default()).expect("size");
+    renderer.draw(&camera(), 50);
+    let FrameReport { holes, .. } = *renderer.report();
+    assert_eq!(holes, VIEWPORT.pixels(), "nothing to show");
+    assert_eq!(renderer.requests().len(), 50, "but a start");
+    let ids: std::collections::BTreeSet<u64> = renderer.requests().iter().map(|r| r.id).collect();
+    assert_eq!(ids.len(), 50, "ids differ");
+    let none = Viewport { width: 0, height: 5 };
+    assert!(
+        FrameRenderer::new(&scene, none, FrameSettings::default()).is_err(),
+        "no pixels"
+    );
+}
