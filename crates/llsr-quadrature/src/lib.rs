@@ -38,7 +38,7 @@ pub use dither::DitherMask;
 pub use gauss::{GaussRule, gauss};
 pub use glossy::{Glossy, GlossyOptions, LineGlossy};
 pub use light::{Emission, LineLight, Receiver, horizon_clip};
-pub use line::LineIrradiance;
+pub use line::{LineAxis, LineIrradiance};
 pub use material::{Lobes, MetalRough};
 pub use pattern::{Pattern, hierarchical_poisson, sobol, stratified, uniform};
 pub use stack::{DiscLight, RectLight, TubeLight, sampled_nodes};

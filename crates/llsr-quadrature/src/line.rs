@@ -58,6 +58,41 @@ const NEAREST: f64 = 1e-12;
 /// Beyond this many metres fourth powers of distances overflow.
 const FARTHEST: f64 = 1e70;
 
+/// A line light, prepared for many receivers: see [`LineIrradiance::along`].
+#[derive(Clone, Copy, Debug)]
+pub struct LineAxis {
+    a: DVec3,
+    b: DVec3,
+    /// Unit, from a to b; meaningless without a length.
+    direction: DVec3,
+    length: f64,
+    /// Directions are meaningless closer to the light than this.
+    nearest: f64,
+    /// Flux divided by the constant of the emission law.
+    scale: f64,
+    diffuse: bool,
+}
+
+impl LineAxis {
+    /// Prepares a light.
+    pub fn new(light: &LineLight) -> Self {
+        use std::f64::consts::PI;
+
+        let axis = light.b - light.a;
+        let length = axis.length();
+        let diffuse = length != 0.0 && light.emission == Emission::Diffuse;
+        Self {
+            a: light.a,
+            b: light.b,
+            direction: axis / length,
+            length,
+            nearest: NEAREST + NEAREST_FRACTION * length,
+            scale: light.flux / if diffuse { PI * PI } else { 4.0 * PI },
+            diffuse,
+        }
+    }
+}
+
 /// The irradiance at one receiver from stretches of one line light, prepared once per pair.
 ///
 /// Build it once for a receiver and a light, then ask for as many panels as visibility leaves:
@@ -107,20 +142,21 @@ pub struct LineIrradiance {
 impl LineIrradiance {
     /// Projects the receiver on the light's line. Cost: about that of one panel.
     pub fn new(receiver: &Receiver, light: &LineLight) -> Self {
-        use std::f64::consts::PI;
+        Self::along(receiver, &LineAxis::new(light))
+    }
 
-        let to_a = light.a - receiver.position;
-        let to_b = light.b - receiver.position;
+    /// The same for a light that was prepared, which saves a third.
+    pub fn along(receiver: &Receiver, axis: &LineAxis) -> Self {
+        let to_a = axis.a - receiver.position;
+        let to_b = axis.b - receiver.position;
         let extent = to_a.abs().max_element().max(to_b.abs().max_element());
         // Written so that a NaN anywhere is out of range.
         let in_range = to_a.is_finite() && to_b.is_finite() && extent < FARTHEST;
-        let usable = in_range && receiver.normal.is_finite() && light.flux.is_finite();
+        let usable = in_range && receiver.normal.is_finite() && axis.scale.is_finite();
         if !usable {
             return Self::dark();
         }
-        let axis = light.b - light.a;
-        let length = axis.length();
-        let nearest = NEAREST + NEAREST_FRACTION * length;
+        let LineAxis { length, nearest, .. } = *axis;
         let height = (receiver.normal.dot(to_a), receiver.normal.dot(to_b));
         let lit = clip_heights(height.0, height.1);
         if length == 0.0 {
@@ -132,11 +168,11 @@ impl LineIrradiance {
                 length: 0.0,
                 distance: to_a.length().max(nearest),
                 foot_height: height.0,
-                scale: light.flux / (4.0 * PI),
+                scale: axis.scale,
                 diffuse: false,
             };
         }
-        let direction = axis / length;
+        let direction = axis.direction;
         let along = (to_a.dot(direction), to_b.dot(direction));
         // From the nearer end, since the rounding of the perpendicular grows with the vector it is taken from.
         let (near, near_along) = if along.0.abs() < along.1.abs() {
@@ -152,7 +188,6 @@ impl LineIrradiance {
             near_along
         };
         let on_light = distance.max(beside.abs()) < nearest;
-        let diffuse = light.emission == Emission::Diffuse;
         Self {
             lit,
             along,
@@ -160,8 +195,8 @@ impl LineIrradiance {
             length,
             distance: if on_light { nearest } else { distance },
             foot_height: receiver.normal.dot(perpendicular),
-            scale: light.flux / if diffuse { PI * PI } else { 4.0 * PI },
-            diffuse,
+            scale: axis.scale,
+            diffuse: axis.diffuse,
         }
     }
 

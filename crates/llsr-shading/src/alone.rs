@@ -3,7 +3,7 @@
 use llsr_scene::{LightId, ObjectId};
 
 use crate::direct::{Pixel, Work};
-use crate::random::stream;
+use crate::random::Random;
 use crate::{DirectLight, LightAnswer, LightState, Scratch, Statistics, SurfacePoint};
 
 impl DirectLight<'_> {
@@ -62,7 +62,7 @@ impl DirectLight<'_> {
         states.resize(self.light_count(), LightState::default());
         for (index, state) in states.iter_mut().enumerate() {
             let id = LightId::from(index);
-            let rng = stream(self.settings.seed, at.index, at.subsample, index as u32);
+            let random = Random::new(self.settings.seed, at.index, at.subsample, index as u32);
             if let Some(blockers) = &mut blockers {
                 blockers.clear();
             }
@@ -70,7 +70,7 @@ impl DirectLight<'_> {
                 at,
                 split: 1,
                 shaft: None,
-                rng,
+                random,
                 blockers: blockers.as_deref_mut(),
                 scratch: &mut *scratch,
                 statistics: &mut *statistics,

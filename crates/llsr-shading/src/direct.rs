@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 use llsr_quadrature::{
-    DitherMask, GlossyOptions, LineGlossy, LineIrradiance, LineLight, Lobes, Pattern, Receiver, horizon_clip,
+    DitherMask, GlossyOptions, LineAxis, LineGlossy, LineIrradiance, LineLight, Lobes, Pattern, Receiver,
+    horizon_clip,
 };
 use llsr_rsb::{Method as Bisection, Stop, uniform};
 use llsr_scene::{Light, LightId, ObjectId, Scene};
@@ -14,6 +15,7 @@ use llsr_visibility::{Bracket, Certificate, Counting, Panel, Partition, Visibili
 use rand_pcg::Pcg64Mcg;
 
 use crate::lamps::Source;
+use crate::random::Random;
 use crate::search::{samples_to_panels, single_change};
 use crate::{LightClass, Method, PreparedLights, Settings, Statistics, SurfacePoint};
 
@@ -205,7 +207,7 @@ impl<'a> DirectLight<'a> {
                 (LightAnswer::default(), LightClass::Umbra)
             }
             Source::Point { position, line } => self.point(surface, *position, line, work),
-            Source::Line(line) => self.line(surface, line, state.line(0), work),
+            Source::Line { line, axis } => self.line(surface, line, axis, state.line(0), work),
             Source::Tube(tube) => self.lines(
                 surface,
                 tube.lines(surface.position, self.lights.stack.iter().copied()),
@@ -243,7 +245,7 @@ impl<'a> DirectLight<'a> {
         let mut sum = LightAnswer::default();
         let mut classes = [false; 3];
         for (index, line) in lines.enumerate() {
-            let (answer, class) = self.line(surface, &line, state.line(index), work);
+            let (answer, class) = self.line(surface, &line, &LineAxis::new(&line), state.line(index), work);
             sum.add(&answer);
             classes[class as usize] = true;
         }
@@ -259,6 +261,7 @@ impl<'a> DirectLight<'a> {
         &self,
         surface: &SurfacePoint,
         line: &LineLight,
+        axis: &LineAxis,
         state: &mut LineState,
         work: &mut Work<'_>,
     ) -> (LightAnswer, LightClass) {
@@ -273,13 +276,13 @@ impl<'a> DirectLight<'a> {
         };
         let wasteful = self.settings.wasteful;
         let mut above = horizon_clip(&face, line.a, line.b).and_then(|(t0, t1)| {
-            let irradiance = LineIrradiance::new(&receiver, line);
+            let irradiance = LineIrradiance::along(&receiver, axis);
             let (s0, s1) = irradiance.lit_range()?;
             let (t0, t1) = (t0.max(s0), t1.min(s1));
             (t0 < t1).then_some((irradiance, t0, t1))
         });
         if wasteful.clip || (wasteful.horizon && above.is_none()) {
-            above = Some((LineIrradiance::new(&receiver, line), 0.0, 1.0));
+            above = Some((LineIrradiance::along(&receiver, axis), 0.0, 1.0));
         }
         let Some((irradiance, t0, t1)) = above else {
             state.clear();
@@ -359,7 +362,7 @@ impl<'a> DirectLight<'a> {
             }
             Method::Finder => self.any_number(oracle, state, work),
             Method::Gauss | Method::Hpd | Method::Stratified | Method::Uniform => {
-                return self.sampled(oracle, stretch, &mut work.rng, work.scratch);
+                return self.sampled(oracle, stretch, work.random.stream(), work.scratch);
             }
             _ if work.split <= 1 => self.few_changes(oracle, &mut state.tdf, work),
             _ => {
@@ -444,11 +447,12 @@ impl<'a> DirectLight<'a> {
     fn any_number(&self, oracle: &mut Counting<Toward<'_>>, state: &mut LineState, work: &mut Work<'_>) {
         let Work {
             at,
-            rng,
+            random,
             scratch,
             statistics,
             ..
         } = work;
+        let rng = random.stream();
         let finder = Finder {
             epsilon: self.settings.epsilon,
             nu: self.settings.nu,
@@ -522,11 +526,12 @@ impl<'a> DirectLight<'a> {
     fn few_changes(&self, oracle: &mut impl Visibility, coherence: &mut Coherence, work: &mut Work<'_>) {
         let Work {
             at,
-            rng,
+            random,
             scratch,
             statistics,
             ..
         } = work;
+        let rng = random.stream();
         let settings = self.settings;
         let visible = &mut scratch.visible;
         let bisection = match settings.method {
@@ -640,7 +645,7 @@ pub(crate) struct Work<'a> {
     pub(crate) split: u32,
     /// What is known about the light and the pixels around.
     pub(crate) shaft: Option<&'a Shaft>,
-    pub(crate) rng: Pcg64Mcg,
+    pub(crate) random: Random,
     /// Where the objects go that hide something of the light, if they are asked for.
     pub(crate) blockers: Option<&'a mut Vec<ObjectId>>,
     pub(crate) scratch: &'a mut Scratch,

@@ -1,7 +1,7 @@
 //! Lights as the quadrature sees them.
 
 use glam::DVec3;
-use llsr_quadrature::{DiscLight, Emission, GaussRule, LineLight, RectLight, TubeLight};
+use llsr_quadrature::{DiscLight, Emission, GaussRule, LineAxis, LineLight, RectLight, TubeLight};
 use llsr_scene::{AreaShape, EmissionLaw, Light, LightId, LinearLight, Material};
 
 use crate::{Method, Settings};
@@ -11,7 +11,7 @@ use crate::{Method, Settings};
 pub(crate) enum Source {
     Dark,
     Point { position: DVec3, line: LineLight },
-    Line(LineLight),
+    Line { line: LineLight, axis: LineAxis },
     Tube(TubeLight),
     Rect(RectLight),
     Disc(DiscLight),
@@ -28,7 +28,7 @@ impl Source {
         match *self {
             Self::Dark => Vec::new(),
             Self::Point { position, .. } => vec![position],
-            Self::Line(line) => vec![line.a, line.b],
+            Self::Line { line, .. } => vec![line.a, line.b],
             Self::Tube(TubeLight { a, b, radius, .. }) => {
                 let (u, v) = (b - a).normalize_or(DVec3::X).any_orthonormal_pair();
                 let ends = [a, b].map(|end| around(end, u * radius, v * radius));
@@ -116,7 +116,8 @@ fn source(light: &Light, dark_too: bool) -> Source {
             }
             // Without a length there is nothing to search along.
             if light.length() > 0.0 {
-                Source::Line(line)
+                let axis = LineAxis::new(&line);
+                Source::Line { line, axis }
             } else {
                 Source::Point {
                     position: light.a,

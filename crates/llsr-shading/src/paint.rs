@@ -12,7 +12,7 @@ use llsr_scene::{CameraRays, LightId, Scene, Viewport};
 use llsr_tracer::{Hit, Shaft, Sight, Tracer};
 
 use crate::direct::{Pixel, Work};
-use crate::random::{mix, stream};
+use crate::random::{Random, mix};
 use crate::render::TILE;
 use crate::share::{representative, split_surface};
 use crate::{DirectLight, Layer, LightAnswer, LightState, Scratch, Settings, Statistics, SurfacePoint};
@@ -45,6 +45,12 @@ impl Tile {
     pub(crate) fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
+}
+
+/// The place of a pixel of a strip among rays that are traced packet by packet.
+fn packet_slot(strip: &Tile, row: u32, column: u32) -> usize {
+    let packet = row / PACKET * strip.width.div_ceil(PACKET) + column / PACKET;
+    (packet * PACKET * PACKET + row % PACKET * PACKET + column % PACKET) as usize
 }
 
 /// Subsamples of one pixel that share an answer about the lights.
@@ -102,6 +108,7 @@ impl Painter<'_> {
         let mut values = vec![0f32; channels * tile.pixels()];
         let mut statistics = Statistics::default();
         let lights = self.scene.lights.len();
+        let exact = self.direct.asks_fans();
         brush.states.iter_mut().for_each(LightState::clear);
         brush.states.resize(lights, LightState::default());
         brush.above.iter_mut().for_each(LightState::clear);
@@ -128,8 +135,12 @@ impl Painter<'_> {
                     brush.pixel.clear();
                     brush.pixel.resize(channels, 0.0);
                     let in_column = column as usize * lights..(column as usize + 1) * lights;
-                    for (state, above) in brush.states.iter_mut().zip(&brush.above[in_column.clone()]) {
-                        state.prefer_richer(above);
+                    // What neighbours saw matters only to searches; where all queries were exact none has been made.
+                    let mut searched = !exact || statistics.fans.over_budget > 0;
+                    if searched {
+                        for (state, above) in brush.states.iter_mut().zip(&brush.above[in_column.clone()]) {
+                            state.prefer_richer(above);
+                        }
                     }
                     let place = (row * tile.width + column) as usize;
                     let block = (column / BLOCK) as usize;
@@ -141,8 +152,11 @@ impl Painter<'_> {
                         brush,
                         &mut statistics,
                     );
-                    for (state, above) in brush.states.iter().zip(&mut brush.above[in_column]) {
-                        above.copy_changes(state);
+                    searched |= statistics.fans.over_budget > 0;
+                    if searched {
+                        for (state, above) in brush.states.iter().zip(&mut brush.above[in_column]) {
+                            above.copy_changes(state);
+                        }
                     }
                     let index = ((top + row) * tile.width + column) as usize;
                     for (channel, &value) in brush.pixel.iter().enumerate() {
@@ -185,61 +199,56 @@ impl Painter<'_> {
     fn look(&self, strip: &Tile, brush: &mut Brush, statistics: &mut Statistics) {
         brush.groups.clear();
         brush.starts.clear();
-        if self.settings.spp == 1 {
+        let spp = self.settings.spp as usize;
+        if spp == 1 {
             self.trace_centres(strip, brush);
         }
-        let spp = self.settings.spp as usize;
-        for place in 0..strip.pixels() {
-            brush.starts.push(brush.groups.len() as u32);
-            if spp == 1 {
-                let Some(hit) = &brush.hits[place] else { continue };
-                statistics.hits += 1;
-                brush.groups.push(Group {
-                    surface: SurfacePoint::new(self.scene, hit, brush.directions[place]),
-                    points: 1,
-                    subsample: 0,
-                });
-            } else {
-                let x = strip.x + place as u32 % strip.width;
-                let y = strip.y + place as u32 / strip.width;
-                self.look_through_pixel(x, y, brush);
-                statistics.hits += brush.surfaces.len() as u64;
-                self.group(brush);
+        for row in 0..strip.height {
+            for column in 0..strip.width {
+                brush.starts.push(brush.groups.len() as u32);
+                if spp == 1 {
+                    let slot = packet_slot(strip, row, column);
+                    let Some(hit) = &brush.hits[slot] else { continue };
+                    statistics.hits += 1;
+                    brush.groups.push(Group {
+                        surface: SurfacePoint::new(self.scene, hit, brush.directions[slot]),
+                        points: 1,
+                        subsample: 0,
+                    });
+                } else {
+                    self.look_through_pixel(strip.x + column, strip.y + row, brush);
+                    statistics.hits += brush.surfaces.len() as u64;
+                    self.group(brush);
+                }
             }
         }
         brush.starts.push(brush.groups.len() as u32);
         statistics.primary_rays += strip.pixels() as u64 * spp as u64;
     }
 
-    /// Traces one ray through each pixel of a strip; leaves them in `directions` and `hits`, row by row.
+    /// Traces one ray through each pixel of a strip; leaves them in `directions` and `hits`, packet by packet.
+    ///
+    /// Packets that stick out of the strip are filled with rays of its last column and row.
     fn trace_centres(&self, strip: &Tile, brush: &mut Brush) {
         let Brush { directions, hits, .. } = brush;
         directions.clear();
-        directions.resize(strip.pixels(), DVec3::ZERO);
         hits.clear();
-        hits.resize(strip.pixels(), None);
         for top in (0..strip.height).step_by(PACKET as usize) {
             for left in (0..strip.width).step_by(PACKET as usize) {
-                let (rows, columns) = (PACKET.min(strip.height - top), PACKET.min(strip.width - left));
-                let mut packet = [DVec3::ZERO; (PACKET * PACKET) as usize];
-                let mut found = [None; (PACKET * PACKET) as usize];
-                let places = |i: u32| ((top + i / columns) * strip.width + left + i % columns) as usize;
-                let count = (rows * columns) as usize;
-                for i in 0..rows * columns {
-                    let (x, y) = (strip.x + left + i % columns, strip.y + top + i / columns);
+                let first = directions.len();
+                for i in 0..PACKET * PACKET {
+                    let x = strip.x + (left + i % PACKET).min(strip.width - 1);
+                    let y = strip.y + (top + i / PACKET).min(strip.height - 1);
                     let (origin, direction) = self.rays.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    packet[i as usize] = direction;
-                    directions[places(i)] = direction;
+                    directions.push(direction);
                     if self.rays.eye().is_none() {
-                        hits[places(i)] = self.tracer.closest(origin, direction, f64::INFINITY);
+                        hits.push(self.tracer.closest(origin, direction, f64::INFINITY));
                     }
                 }
                 let Some(eye) = self.rays.eye() else { continue };
+                hits.resize(directions.len(), None);
                 self.tracer
-                    .closest_each(eye, &packet[..count], f64::INFINITY, &mut found[..count]);
-                for (i, hit) in found[..count].iter().enumerate() {
-                    hits[places(i as u32)] = *hit;
-                }
+                    .closest_each(eye, &directions[first..], f64::INFINITY, &mut hits[first..]);
             }
         }
     }
@@ -362,10 +371,9 @@ impl Painter<'_> {
     ) {
         let weight = 1.0 / f64::from(self.settings.spp);
         let index = u64::from(y) * u64::from(self.viewport.width) + u64::from(x);
-        let groups = brush.starts[place] as usize..brush.starts[place + 1] as usize;
+        let groups = std::mem::take(&mut brush.groups);
         let mut missed = self.settings.spp;
-        for group in groups {
-            let group = brush.groups[group];
+        for group in &groups[brush.starts[place] as usize..brush.starts[place + 1] as usize] {
             missed -= group.points;
             let at = Pixel {
                 x,
@@ -377,6 +385,7 @@ impl Painter<'_> {
             self.geometry_layers(Some(&group.surface), weight, &mut brush.pixel);
             self.surface(&group.surface, at, block, weight, brush, statistics);
         }
+        brush.groups = groups;
         if missed > 0 {
             self.geometry_layers(None, weight * f64::from(missed), &mut brush.pixel);
         }
@@ -410,14 +419,14 @@ impl Painter<'_> {
         };
         for (index, light) in self.scene.lights.iter().enumerate() {
             let id = LightId::from(index);
-            let rng = stream(self.settings.seed, at.index, at.subsample, index as u32);
+            let random = Random::new(self.settings.seed, at.index, at.subsample, index as u32);
             let mut work = Work {
                 at,
                 split: self.split,
                 shaft: shafts
                     .get(block * lights + index)
                     .filter(|shaft| shaft.sight() != Sight::Unknown),
-                rng,
+                random,
                 blockers: None,
                 scratch: &mut *scratch,
                 statistics: &mut *statistics,

@@ -50,44 +50,77 @@ pub(crate) fn ray_meets_triangle(
     direction: DVec3,
     triangle: [Vec3; 3],
 ) -> Option<TriangleHit> {
-    let [a, b, c] = triangle.map(|v| v.as_dvec3() - origin);
-    // Twice the signed volumes; the permanents bound their rounding errors.
-    let (u, u_permanent) = volume(direction, b, c);
-    let (v, v_permanent) = volume(direction, c, a);
-    let (w, w_permanent) = volume(direction, a, b);
-    const TOLERANCE: f64 = 8.0 * f64::EPSILON;
-    let (eu, ev, ew) = (
-        TOLERANCE * u_permanent,
-        TOLERANCE * v_permanent,
-        TOLERANCE * w_permanent,
-    );
-    let inside = (u >= -eu && v >= -ev && w >= -ew) || (u <= eu && v <= ev && w <= ew);
-    if !inside {
-        return None;
-    }
-    let sum = u + v + w;
-    // Edge vectors of the corners are exact or nearly so, unlike those of the translated corners.
-    let [p0, p1, p2] = triangle.map(|v| v.as_dvec3());
-    let normal = (p1 - p0).cross(p2 - p0);
-    let facing = normal.dot(direction);
-    let t = normal.dot(a) / facing;
-    if facing == 0.0 || sum == 0.0 || !t.is_finite() {
-        return None;
-    }
-    let v = (v / sum).clamp(0.0, 1.0);
-    let w = (w / sum).clamp(0.0, 1.0 - v);
-    Some(TriangleHit {
-        t,
-        barycentrics: [v, w],
-    })
+    SeenTriangle::new(origin, triangle).meets(direction)
 }
 
-/// `a . (b x c)` and the sum of the absolute values of its products.
-fn volume(a: DVec3, b: DVec3, c: DVec3) -> (f64, f64) {
-    let (left, right) = (
-        DVec3::new(b.y * c.z, b.z * c.x, b.x * c.y),
-        DVec3::new(b.z * c.y, b.x * c.z, b.y * c.x),
-    );
-    let permanent = a.abs().dot(left.abs() + right.abs());
-    (a.dot(left - right), permanent)
+/// A triangle as the rays from one origin see it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenTriangle {
+    /// Of opposite edges: products whose sum with a direction is twice a signed volume.
+    edges: [Edge; 3],
+    /// Not normalised.
+    normal: DVec3,
+    /// Normal times the way to the plane.
+    height: f64,
+}
+
+impl SeenTriangle {
+    #[inline(always)]
+    pub(crate) fn new(origin: DVec3, triangle: [Vec3; 3]) -> Self {
+        let [a, b, c] = triangle.map(|v| v.as_dvec3() - origin);
+        // Edge vectors of the corners are exact or nearly so, unlike those of the translated corners.
+        let [p0, p1, p2] = triangle.map(|v| v.as_dvec3());
+        let normal = (p1 - p0).cross(p2 - p0);
+        Self {
+            edges: [Edge::new(b, c), Edge::new(c, a), Edge::new(a, b)],
+            normal,
+            height: normal.dot(a),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn meets(&self, direction: DVec3) -> Option<TriangleHit> {
+        // Twice the signed volumes; the permanents bound their rounding errors.
+        let size = direction.abs();
+        let [u, v, w] = [0, 1, 2].map(|i| direction.dot(self.edges[i].cross));
+        const TOLERANCE: f64 = 8.0 * f64::EPSILON;
+        let [eu, ev, ew] = [0, 1, 2].map(|i| TOLERANCE * size.dot(self.edges[i].permanent));
+        let inside = (u >= -eu && v >= -ev && w >= -ew) || (u <= eu && v <= ev && w <= ew);
+        if !inside {
+            return None;
+        }
+        let sum = u + v + w;
+        let facing = self.normal.dot(direction);
+        let t = self.height / facing;
+        if facing == 0.0 || sum == 0.0 || !t.is_finite() {
+            return None;
+        }
+        let v = (v / sum).clamp(0.0, 1.0);
+        let w = (w / sum).clamp(0.0, 1.0 - v);
+        Some(TriangleHit {
+            t,
+            barycentrics: [v, w],
+        })
+    }
+}
+
+/// The cross product of two corners, and the sums of the absolute values of its products.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    cross: DVec3,
+    permanent: DVec3,
+}
+
+impl Edge {
+    #[inline(always)]
+    fn new(b: DVec3, c: DVec3) -> Self {
+        let (left, right) = (
+            DVec3::new(b.y * c.z, b.z * c.x, b.x * c.y),
+            DVec3::new(b.z * c.y, b.x * c.z, b.y * c.x),
+        );
+        Self {
+            cross: left - right,
+            permanent: left.abs() + right.abs(),
+        }
+    }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::block::TriangleId;
 use crate::build::{ChildRef, STACK};
-use crate::exact::ray_meets_triangle;
+use crate::exact::SeenTriangle;
 use crate::hit::Hit;
 use crate::lanes::{Floats, Kernel, Simd};
 use crate::part::Geometry;
@@ -37,8 +37,9 @@ impl Tracer {
                 _ => false,
             };
             if done {
+                let mut face = None;
                 for (hit, found) in hits.iter_mut().zip(&found) {
-                    *hit = found.as_ref().map(|found| self.complete(found));
+                    *hit = found.as_ref().map(|found| self.complete(found, &mut face));
                 }
             } else {
                 for (hit, &direction) in hits.iter_mut().zip(directions) {
@@ -156,11 +157,14 @@ impl Kernel for ClosestHits<'_> {
                     lanes &= lanes - 1;
                     let hits = sheaf.meets(s, block, &moved, lane, S::W::load(s, &reach));
                     let mut met = (hits.sure | hits.doubtful) & rays;
+                    if met == 0 {
+                        continue;
+                    }
+                    let triangle = SeenTriangle::new(origin, block.triangle(lane));
                     while met != 0 {
                         let ray = (met.trailing_zeros() & 15) as usize;
                         met &= met - 1;
-                        let Some(hit) = ray_meets_triangle(origin, directions[ray], block.triangle(lane))
-                        else {
+                        let Some(hit) = triangle.meets(directions[ray]) else {
                             continue;
                         };
                         let id = geometry.ids[index * BLOCK + lane];

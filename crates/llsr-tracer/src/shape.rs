@@ -161,11 +161,9 @@ impl PlacedShape {
 
     /// Does the open segment from `o` to `o + d`, both in the canonical frame, cut the surface?
     pub(crate) fn cuts_canonical(&self, o: DVec3, d: DVec3) -> bool {
-        let (crossings, n) = self.crossings(o, d);
-        crossings[..n]
-            .iter()
-            .flatten()
-            .any(|crossing| crossing.t > 0.0 && crossing.t < 1.0)
+        let mut cut = Cut(false);
+        self.cross(o, d, &mut cut);
+        cut.0
     }
 
     /// The first crossing with 0 < t <= `t_max`.
@@ -191,13 +189,22 @@ impl PlacedShape {
 
     fn crossings(&self, o: DVec3, d: DVec3) -> Crossings {
         let mut found = Found::default();
+        self.cross(o, d, &mut found);
+        (found.crossings, found.count)
+    }
+
+    /// Hands all crossings of the line with the surface to `found`.
+    #[inline(always)]
+    fn cross(&self, o: DVec3, d: DVec3, found: &mut impl Crossed) {
         match self.kind {
             Kind::Sphere => {
                 let a = d.length_squared();
                 let c = (o.length() - 1.0) * (o.length() + 1.0);
                 for t in quadratic(a, o.dot(d), c, a - o.cross(d).length_squared()) {
-                    let point = (o + d * t).normalize_or_zero();
-                    found.push(t, point, point);
+                    found.push(t, || {
+                        let point = (o + d * t).normalize_or_zero();
+                        (point, point)
+                    });
                 }
             }
             Kind::Cylinder { capped } => {
@@ -208,13 +215,15 @@ impl PlacedShape {
                 for t in quadratic(a, o2.dot(d2), c, discriminant) {
                     let z = o.z + d.z * t;
                     if (-RIM..=1.0 + RIM).contains(&z) {
-                        let r = (o2 + d2 * t).normalize_or_zero();
-                        found.push(t, r.extend(z), r.extend(0.0));
+                        found.push(t, || {
+                            let r = (o2 + d2 * t).normalize_or_zero();
+                            (r.extend(z), r.extend(0.0))
+                        });
                     }
                 }
                 if capped {
-                    found.cap(o, d, 0.0, -1.0);
-                    found.cap(o, d, 1.0, 1.0);
+                    cap(found, o, d, 0.0, -1.0);
+                    cap(found, o, d, 1.0, 1.0);
                 }
             }
             Kind::Cone { capped } => {
@@ -231,17 +240,18 @@ impl PlacedShape {
                 for t in quadratic(a, b, c, discriminant) {
                     let z = o.z + d.z * t;
                     if (-RIM..=1.0 + RIM).contains(&z) {
-                        let r = (o2 + d2 * t).normalize_or_zero();
-                        found.push(t, (r * (1.0 - z)).extend(z), r.extend(1.0));
+                        found.push(t, || {
+                            let r = (o2 + d2 * t).normalize_or_zero();
+                            ((r * (1.0 - z)).extend(z), r.extend(1.0))
+                        });
                     }
                 }
                 if capped {
-                    found.cap(o, d, 0.0, -1.0);
+                    cap(found, o, d, 0.0, -1.0);
                 }
             }
-            Kind::Disc => found.cap(o, d, 0.0, 1.0),
+            Kind::Disc => cap(found, o, d, 0.0, 1.0),
         }
-        (found.crossings, found.count)
     }
 }
 
@@ -254,30 +264,47 @@ fn along(a: Vec3, b: Vec3, radius: f32) -> DAffine3 {
     DAffine3::from_mat3_translation(DMat3::from_cols(x * r, y * r, z), a)
 }
 
+/// What becomes of crossings. Points and normals are worked out only where they are wanted.
+trait Crossed {
+    fn push(&mut self, t: f64, point_and_normal: impl FnOnce() -> (DVec3, DVec3));
+}
+
 #[derive(Default)]
 struct Found {
     crossings: [Option<Crossing>; 4],
     count: usize,
 }
 
-impl Found {
-    fn push(&mut self, t: f64, point: DVec3, normal: DVec3) {
+impl Crossed for Found {
+    fn push(&mut self, t: f64, point_and_normal: impl FnOnce() -> (DVec3, DVec3)) {
         if let Some(slot) = self.crossings.get_mut(self.count) {
+            let (point, normal) = point_and_normal();
             *slot = Some(Crossing { t, normal, point });
             self.count += 1;
         }
     }
+}
 
-    /// Crosses the unit disc at height `z` whose outward normal is `up` times the z axis.
-    fn cap(&mut self, o: DVec3, d: DVec3, z: f64, up: f64) {
-        let t = (z - o.z) / d.z;
-        if d.z == 0.0 || !t.is_finite() {
-            return;
-        }
-        let at: DVec2 = o.truncate() + d.truncate() * t;
-        if at.length_squared() <= 1.0 + RIM {
-            self.push(t, at.extend(z), DVec3::new(0.0, 0.0, up));
-        }
+/// Whether a crossing lies between the ends of the segment.
+struct Cut(bool);
+
+impl Crossed for Cut {
+    #[inline(always)]
+    fn push(&mut self, t: f64, _: impl FnOnce() -> (DVec3, DVec3)) {
+        self.0 |= t > 0.0 && t < 1.0;
+    }
+}
+
+/// Crosses the unit disc at height `z` whose outward normal is `up` times the z axis.
+#[inline(always)]
+fn cap(found: &mut impl Crossed, o: DVec3, d: DVec3, z: f64, up: f64) {
+    let t = (z - o.z) / d.z;
+    if d.z == 0.0 || !t.is_finite() {
+        return;
+    }
+    let at: DVec2 = o.truncate() + d.truncate() * t;
+    if at.length_squared() <= 1.0 + RIM {
+        found.push(t, || (at.extend(z), DVec3::new(0.0, 0.0, up)));
     }
 }
 

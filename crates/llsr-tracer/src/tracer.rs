@@ -370,6 +370,45 @@ impl Part {
         }
     }
 
+    /// Completes a hit of a part in the scene's frame. `face` is what was worked out for the hit before.
+    fn hit_on_face(&self, closest: &Closest, face: &mut Option<Face>) -> Hit {
+        let Closest::Triangle {
+            t,
+            id,
+            block,
+            lane,
+            barycentrics,
+        } = *closest
+        else {
+            return self.hit(closest);
+        };
+        let face = match face {
+            Some(face) if face.place == (block, lane) => face,
+            _ => {
+                let hit = self.hit(closest);
+                let corners = self.geometry.blocks[block].triangle(lane);
+                face.insert(Face {
+                    place: (block, lane),
+                    corners: corners.map(|v| v.as_dvec3()),
+                    normal: hit.normal,
+                    offset: hit.offset,
+                })
+            }
+        };
+        let ([a, b, c], [v, w]) = (face.corners, barycentrics);
+        Hit {
+            t,
+            position: a * (1.0 - v - w) + b * v + c * w,
+            normal: face.normal,
+            object: ObjectId(id.object),
+            surface: Surface::Triangle {
+                index: id.triangle,
+                barycentrics,
+            },
+            offset: face.offset,
+        }
+    }
+
     /// Completes a hit, in the scene's frame.
     fn hit(&self, closest: &Closest) -> Hit {
         let t = closest.t();
@@ -428,6 +467,17 @@ impl Part {
             },
         }
     }
+}
+
+/// A triangle that rays have met, in the scene's frame.
+pub(crate) struct Face {
+    /// Its block and lane.
+    place: (usize, usize),
+    corners: [DVec3; 3],
+    /// Unit.
+    normal: DVec3,
+    /// That of every hit on it.
+    offset: f64,
 }
 
 /// What [`Tracer::new`] collects from a scene.
@@ -581,9 +631,11 @@ impl Tracer {
         Some((&part.geometry, part.placement.as_ref()))
     }
 
-    /// A hit of the geometry of a tracer whose only part is in the scene's frame, completed.
-    pub(crate) fn complete(&self, closest: &Closest) -> Hit {
-        self.parts[0].hit(closest)
+    /// A hit of the geometry of a tracer whose only part is in the scene's frame, completed; `face` is kept from hit to
+    /// hit.
+    #[inline]
+    pub(crate) fn complete(&self, closest: &Closest, face: &mut Option<Face>) -> Hit {
+        self.parts[0].hit_on_face(closest, face)
     }
 
     /// The geometry of a tracer whose only part is in the scene's frame.

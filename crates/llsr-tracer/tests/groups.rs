@@ -306,3 +306,43 @@ fn shafts_without_points_or_with_nonsense_know_nothing() {
         "all were asked: {report:?}"
     );
 }
+
+#[test]
+fn pencils_are_cut_where_single_rays_are() {
+    let mut rng = Pcg64Mcg::seed_from_u64(5);
+    let (mut cut, mut rays) = (0, 0);
+    for offset in [Vec3::ZERO, Vec3::new(-700.0, 4000.0, 90.0)] {
+        let (mut tracer, _) = Tracer::new(&mixed(offset));
+        let at = offset.as_dvec3();
+        for round in 0..700 {
+            let window = neighbours(&tracer, &mut rng, at, 0.02);
+            let Some(&from) = window.first() else { continue };
+            // Short, long, close and far lights, and now and then one that the point lies on.
+            let length = [0.3, 1.5, 6.0][round % 3];
+            let a = if round % 50 == 0 {
+                from
+            } else {
+                at + point(&mut rng, 2.0) + DVec3::Y * [0.2, 2.0][round % 2]
+            };
+            let b = a + point(&mut rng, length);
+            let count = 1 + rng.next_u32() as usize % 20;
+            let ts: Vec<f64> = (0..count).map(|_| unit(&mut rng)).collect();
+            let single: Vec<bool> = ts
+                .iter()
+                .map(|&t| tracer.occluded(from, a + (b - a) * t))
+                .collect();
+            cut += single.iter().filter(|&&cut| cut).count();
+            rays += count;
+            for instructions in ALL {
+                tracer.restrict(instructions);
+                let mut blocked = vec![false; count];
+                tracer.occluded_pencil(from, a, b, &ts, &mut blocked);
+                assert_eq!(blocked, single, "{instructions:?}, {from} to {a} - {b}");
+            }
+        }
+    }
+    assert!(
+        cut > 2000 && rays - cut > 2000,
+        "both answers occur: {cut} of {rays}"
+    );
+}

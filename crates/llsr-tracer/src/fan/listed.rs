@@ -25,12 +25,15 @@ impl Tracer {
         let FanQuery { p, a, b, t0, t1, .. } = *query;
         let (t0, t1) = (t0.max(0.0), t1.min(1.0));
         let sound = p.is_finite() && a.is_finite() && b.is_finite() && t0 <= t1;
-        let plane = match shaft.sight() {
-            Sight::Unknown => None,
-            _ if sound => FanPlane::new(p, a, b),
-            _ => None,
+        let Some(geometry) = self
+            .only_geometry()
+            .filter(|_| sound && shaft.sight() != Sight::Unknown)
+        else {
+            return self.fan(query, scratch, visible);
         };
-        let (Some(fan), Some(geometry)) = (plane, self.only_geometry()) else {
+        // By reference: the plane is large.
+        let plane = FanPlane::new(p, a, b);
+        let Some(fan) = &plane else {
             return self.fan(query, scratch, visible);
         };
         let mut report = FanReport::new();
@@ -41,7 +44,7 @@ impl Tracer {
         scratch.gaps.reset(t0, t1);
         self.level().run(FanThroughLeaves {
             geometry,
-            fan: &fan,
+            fan,
             shaft,
             scratch,
             report: &mut report,

@@ -7,6 +7,7 @@
 
 mod cover;
 mod filter;
+mod frame;
 
 use glam::DVec3;
 
@@ -16,13 +17,16 @@ use crate::lanes::{Kernel, Simd};
 use crate::part::Geometry;
 use crate::unchecked::Stack;
 
+use frame::ShaftFrame;
+
 pub(crate) use filter::{ShaftFilter, around};
 
 /// The most nodes and leaves that a shaft visits; beyond, the points had better ask on their own.
 const VISITS: u32 = 128;
 
-/// The most blocks of triangles and shapes that are kept.
+/// The most blocks of triangles and shapes that are kept, and that are looked at more closely first.
 const LEAVES: usize = 12;
+const LOOKED_AT: usize = 24;
 
 /// What a group of points sees of a light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,6 +101,28 @@ impl Tracer {
         if !found {
             shaft.leaves.clear();
             return;
+        }
+        if !shaft.leaves.is_empty() {
+            let frame = ShaftFrame::new(points, light, geometry.reach);
+            shaft.leaves.retain_mut(|leaf| {
+                if !leaf.at.is_block() {
+                    return frame.meets_box(&geometry.shapes[leaf.at.index()].bounds());
+                }
+                let block = &geometry.blocks[leaf.at.index()];
+                let mut lanes = leaf.lanes;
+                while lanes != 0 {
+                    let lane = lanes.trailing_zeros();
+                    lanes &= lanes - 1;
+                    if !frame.meets(&block.triangle(lane as usize).map(|v| v.as_dvec3())) {
+                        leaf.lanes &= !(1 << lane);
+                    }
+                }
+                leaf.lanes != 0
+            });
+            if shaft.leaves.len() > LEAVES {
+                shaft.leaves.clear();
+                return;
+            }
         }
         shaft.triangles = shaft.leaves.iter().map(|leaf| leaf.lanes.count_ones()).sum();
         shaft.sight = if shaft.leaves.is_empty() {
@@ -175,7 +201,7 @@ impl Kernel for Gather<'_> {
                     in_the_way = lanes != 0;
                 }
                 if in_the_way {
-                    if shaft.leaves.len() == LEAVES {
+                    if shaft.leaves.len() == LOOKED_AT {
                         return false;
                     }
                     shaft.leaves.push(ShaftLeaf { at, lanes });
