@@ -18,7 +18,7 @@ const USAGE: &str = "usage: cargo run --release -p xtask -- silhouettes check FO
                      or: cargo run --release -p xtask -- silhouettes time [FOLDER] [VIEWS]";
 
 /// `silhouettes check FOLDER [VIEWS]`: none missed and none extra, on every mesh below the folder from random views.
-/// `silhouettes time [FOLDER] [VIEWS]`: how fast, on the large ones and on meshes made to be hard.
+/// `silhouettes time [FOLDER] [VIEWS]`: how fast, on the large ones, or without a folder on meshes made to be easy and hard.
 pub(crate) fn run(args: &[String]) -> Result<(), String> {
     let views = |text: Option<&String>, default: usize| match text {
         None => Ok(default),

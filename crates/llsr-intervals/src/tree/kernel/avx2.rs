@@ -5,6 +5,7 @@ use std::arch::x86_64::*;
 
 use super::super::blocks::{BLOCK, BlockMasks, Form, PlaneBlock, View};
 use super::super::hierarchy::{LANES, PlaneLanes};
+use super::prefetch::{AHEAD, prefetch};
 use super::{Instructions, NodeMasks};
 
 /// Numbers in a register.
@@ -31,7 +32,10 @@ fn test_nodes_inner<const P: usize>(
     masks: &mut Vec<NodeMasks>,
 ) {
     let (above, below) = (_mm256_set1_ps(pad), _mm256_set1_ps(-pad));
-    for &node in frontier {
+    for (at, &node) in frontier.iter().enumerate() {
+        if let Some(&next) = frontier.get(at + AHEAD) {
+            prefetch(&nodes[next as usize]);
+        }
         let lanes = &nodes[node as usize];
         let mut result = NodeMasks {
             all_front: !0,
@@ -91,7 +95,10 @@ fn scan_blocks_inner<const P: usize>(
     masks: &mut Vec<BlockMasks>,
 ) {
     let no_sign = _mm256_castsi256_ps(_mm256_set1_epi32(i32::MAX));
-    for &index in list {
+    for (at, &index) in list.iter().enumerate() {
+        if let Some(&next) = list.get(at + AHEAD) {
+            prefetch(&blocks[next as usize]);
+        }
         let block = &blocks[index as usize];
         let mut result = BlockMasks {
             front: !0,

@@ -5,6 +5,7 @@ use std::arch::x86_64::*;
 
 use super::super::blocks::{BLOCK, BlockMasks, Form, PlaneBlock, View};
 use super::super::hierarchy::{LANES, PlaneLanes};
+use super::prefetch::{AHEAD, prefetch};
 use super::{Instructions, NodeMasks};
 
 pub(super) fn test_nodes<const P: usize>(
@@ -28,7 +29,10 @@ fn test_nodes_inner<const P: usize>(
     masks: &mut Vec<NodeMasks>,
 ) {
     let (above, below) = (_mm512_set1_ps(pad), _mm512_set1_ps(-pad));
-    for &node in frontier {
+    for (at, &node) in frontier.iter().enumerate() {
+        if let Some(&next) = frontier.get(at + AHEAD) {
+            prefetch(&nodes[next as usize]);
+        }
         let lanes = &nodes[node as usize];
         let mut result = NodeMasks {
             all_front: !0,
@@ -78,7 +82,10 @@ fn scan_blocks_inner<const P: usize>(
     views: &[View],
     masks: &mut Vec<BlockMasks>,
 ) {
-    for &index in list {
+    for (at, &index) in list.iter().enumerate() {
+        if let Some(&next) = list.get(at + AHEAD) {
+            prefetch(&blocks[next as usize]);
+        }
         let block = &blocks[index as usize];
         let mut result = BlockMasks {
             front: !0,
