@@ -17,7 +17,8 @@ pub(crate) struct FlatLine {
 /// Points are left out that move the line by no more than this (pixels).
 const TOLERANCE: f64 = 0.02;
 
-/// Lines shorter than this in all (pixels) are left out: as strokes they would be dots of several times their size.
+/// Lines that fit into a box of this diagonal (pixels) are left out: as strokes they would be dots of several times their
+/// size.
 const SPECK: f64 = 1.0;
 
 /// Projects lines that lie in front of the camera, without specks.
@@ -31,8 +32,10 @@ pub(crate) fn flatten(lines: &[DrawnLine], camera: &Camera, viewport: Viewport) 
                 points.extend(points.first().copied());
             }
             let points = simplify(&points);
-            let length: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-            (length >= SPECK).then_some(FlatLine {
+            let (low, high) = points.iter().fold((DVec2::MAX, DVec2::MIN), |(low, high), &p| {
+                (low.min(p), high.max(p))
+            });
+            (low.distance(high) >= SPECK && low.x <= high.x).then_some(FlatLine {
                 layer: line.layer,
                 hidden: line.hidden,
                 closed: line.closed,
@@ -88,6 +91,39 @@ pub(super) fn distance(p: DVec2, a: DVec2, b: DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
+    use llsr_scene::FieldOfView;
+
+    #[test]
+    fn specks_and_lines_behind_the_camera_are_left_out() {
+        let viewport = Viewport {
+            width: 100,
+            height: 100,
+        };
+        // A metre is 50 pixels at the distance of 1.
+        let angle = FieldOfView::vertical_degrees(90.0);
+        let camera = Camera::look_at("", DVec3::Z, DVec3::ZERO, DVec3::Y, angle);
+        let line = |points: &[DVec3]| DrawnLine {
+            layer: Layer::Crease,
+            hidden: false,
+            closed: false,
+            points: points.to_vec(),
+        };
+        let lines = [
+            line(&[DVec3::ZERO, DVec3::X * 0.021]),
+            line(&[DVec3::ZERO, DVec3::X * 0.019]),
+            line(&[DVec3::ZERO, DVec3::X * 0.01, DVec3::ZERO, DVec3::Y * 0.01]),
+            line(&[DVec3::Z * 2.0, DVec3::new(1.0, 0.0, 2.0)]),
+            line(&[]),
+        ];
+        let flat = flatten(&lines, &camera, viewport);
+        assert_eq!(flat.len(), 1, "{flat:?}");
+        assert!(flat[0].points[0].distance(DVec2::splat(50.0)) < 1e-9, "{flat:?}");
+        assert!(
+            flat[0].points[1].distance(DVec2::new(51.05, 50.0)) < 1e-9,
+            "{flat:?}"
+        );
+    }
 
     #[test]
     fn straight_runs_lose_their_inner_points_and_corners_stay() {
