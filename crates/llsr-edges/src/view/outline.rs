@@ -197,7 +197,8 @@ pub fn onto_surface(
         piece(segment);
         return;
     }
-    let count = (a.distance(b) / SPAN).ceil().clamp(1.0, 1e3) as u32;
+    // A chord no deeper than half the radius is spread by a factor of two at most.
+    let count = (2.0 * a.distance(b) / SPAN).ceil().clamp(1.0, 1e3) as u32;
     let at = |i: u32| {
         let p = a + (b - a) * (f64::from(i) / f64::from(count));
         let moved = scale(p).map_or(p, |scale| p * scale);
