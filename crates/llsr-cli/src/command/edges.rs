@@ -52,13 +52,22 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
     };
     let trees_ms = 1e3 * watch.read().wall;
     let (camera, source) = camera::choose(&args.scene, scene, &tracer, viewport)?;
-    let warnings: Vec<String> = (loaded.warnings.iter().map(ToString::to_string))
-        .chain(dropped.iter().map(ToString::to_string))
-        .chain(edges.warnings().iter().map(ToString::to_string))
-        .collect();
+    let mut warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    warnings.extend(dropped.iter().map(ToString::to_string));
+    let of_edges: Vec<String> = edges.warnings().iter().map(ToString::to_string).collect();
     if !common.quiet {
         report::print_warnings(&warnings, 3, &args.scene.scene);
+        for warning in of_edges.iter().take(3) {
+            eprintln!("warning: {warning}");
+        }
+        if of_edges.len() > 3 {
+            eprintln!(
+                "warning: {} more of this kind; --report FILE lists them",
+                of_edges.len() - 3
+            );
+        }
     }
+    warnings.extend(of_edges);
 
     let found = find(&edges, &camera, viewport);
     let silhouette_ms = silhouette_ms(&edges, Eye::of(&camera));
@@ -84,7 +93,7 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
         .filter_map(|edge| stroke(edge.class.into(), edge.object, edge.segment))
         .collect();
     let first_shadow = strokes.len();
-    let shadows = Shadows::of(scene, &edges, &options);
+    let shadows = Shadows::of(scene, &edges, &options, common.quiet)?;
     for (count, of_shadows) in counts.iter_mut().zip(shadows.counts) {
         *count += of_shadows;
     }

@@ -8,6 +8,8 @@ use llsr_scene::{Geometry, LightId, ObjectId, Scene};
 
 use super::Layer;
 use crate::clock::Stopwatch;
+use crate::failure::Failure;
+use crate::progress::Progress;
 
 /// Edges are left out of lights that give less than this share of the light where they fall.
 const UNIMPORTANT: f64 = 0.01;
@@ -26,10 +28,15 @@ pub(crate) struct Shadows {
 }
 
 impl Shadows {
-    /// All shadow edges of a scene; none without lights.
-    pub(crate) fn of(scene: &Scene, edges: &SceneEdges, options: &SceneEdgeOptions) -> Self {
+    /// All shadow edges of a scene, light by light; none without lights.
+    pub(crate) fn of(
+        scene: &Scene,
+        edges: &SceneEdges,
+        options: &SceneEdgeOptions,
+        quiet: bool,
+    ) -> Result<Self, Failure> {
         if scene.lights.is_empty() {
-            return Self::default();
+            return Ok(Self::default());
         }
         let watch = Stopwatch::start();
         let options = ShadowOptions {
@@ -37,7 +44,17 @@ impl Shadows {
             ..ShadowOptions::default()
         };
         let (prepared, _) = ShadowScene::with_edges(scene, options, |id, _| edges.shared_mesh(id));
-        let mut shadows = ShadowEdges::compute(&prepared, prepared.all_triples_and_hiders());
+        let mut triples = prepared.all_triples_and_hiders();
+        triples.sort_unstable();
+        let mut shadows = ShadowEdges::default();
+        let progress = Progress::new("shadows", scene.lights.len() as u64, quiet);
+        for of_light in triples.chunk_by(|a, b| a.light == b.light) {
+            shadows.add(&prepared, of_light.iter().copied());
+            if !progress.step() {
+                return Err(Failure::Interrupted);
+            }
+        }
+        progress.finish();
         let report = shadows.drop_unimportant(&prepared, UNIMPORTANT, |light, point, normal| {
             unoccluded(scene, light, point, normal)
         });
@@ -62,12 +79,12 @@ impl Shadows {
                 }
             }
         }
-        Self {
+        Ok(Self {
             edges,
             counts,
             dropped: report.dropped,
             milliseconds: 1e3 * watch.read().wall,
-        }
+        })
     }
 }
 
