@@ -6,6 +6,7 @@ mod golden;
 mod layers;
 mod run;
 mod silhouettes;
+mod soak;
 mod stats;
 mod stress;
 mod tables;
@@ -25,6 +26,9 @@ cargo xtask TASK
   silhouettes check FOLDER [VIEWS]   silhouettes of all meshes there against brute force
   silhouettes time [FOLDER] [VIEWS]  how fast they are found; build with --release
   figures of99            the figures and tables of the 1999 paper, into docs/papers/of99
+  figures bwg03 [--data FOLDER]   those of the 2003 paper, into docs/papers/bwg03; FOLDER may hold classroom.glb,
+                          igea.glb and dragon_vrip.glb
+  soak [FRAMES]           a live walk with moving things, 20000 frames: memory and end
 
   fmt clippy doc msrv tidy layers stats deny     one check alone
 
@@ -59,6 +63,7 @@ fn main() -> ExitCode {
         Some("golden") => golden::run(rest),
         Some("figures") => figures::run(rest),
         Some("silhouettes") => silhouettes::run(rest),
+        Some("soak") => soak::run(rest),
         Some("stress") => stress::run(rest),
         Some(name) => match CHECKS.iter().find(|check| check.0 == name) {
             Some((_, check)) => check(),

@@ -263,6 +263,9 @@ pub(crate) struct WalkArgs {
     /// New samples a frame, with --live at most [default: 1% of the pixels]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) samples_per_frame: Option<u32>,
+    /// Threads that draw a frame; the picture does not depend on it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) display_threads: u16,
     /// Time the same shader on every pixel too, one sample each, on the same cores
     #[arg(long, value_enum, value_name = "WITH")]
     pub(crate) compare: Option<Compare>,

@@ -78,7 +78,11 @@ fn walks_have_the_same_bits_for_any_number_of_threads() {
     let path = CameraPath::default_walk(&world.scene().cameras[0], 12, 10.0);
     let run = |threads: usize| {
         let shader = DirectShader::new(Arc::clone(&world), Vec3::ONE);
-        let renderer = FrameRenderer::new(world.scene(), VIEWPORT, FrameSettings::default()).expect("size");
+        let settings = FrameSettings {
+            threads,
+            ..FrameSettings::default()
+        };
+        let renderer = FrameRenderer::new(world.scene(), VIEWPORT, settings).expect("size");
         let mut lockstep = LockstepRenderer::new(renderer, 200);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -95,8 +99,9 @@ fn walks_have_the_same_bits_for_any_number_of_threads() {
         (bits(&lockstep.renderer), *lockstep.renderer.report())
     };
     let (one, report) = run(1);
-    let (two, _) = run(2);
-    assert_eq!(one, two, "one thread and two");
+    for threads in [2, 5] {
+        assert_eq!(one, run(threads).0, "one thread and {threads}");
+    }
     assert!(
         report.shadow_edges > 0 && report.silhouette_edges > 0,
         "{report:?}"

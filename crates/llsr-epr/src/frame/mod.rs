@@ -10,6 +10,7 @@ mod predict;
 mod renderer;
 mod settings;
 mod shadows;
+mod share;
 
 pub use blind::BlindInterpolation;
 pub use camera_path::{CameraPath, CameraPathError};

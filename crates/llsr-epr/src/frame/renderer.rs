@@ -4,9 +4,13 @@ use std::time::Instant;
 
 use glam::{Mat4, Vec3};
 use llsr_edges::{SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView};
-use llsr_epi::{EdgeList, EdgePointImage, Picture, SamplePlanes};
+use llsr_epi::{
+    AntialiasBand, ClassifyBand, ComplexBand, EdgeList, EdgePointImage, FillBand, InterpolateBand, Picture,
+    RasterizeBand, ReachBand, SamplePlanes,
+};
 use llsr_render_cache::{
-    Chooser, DepthFilter, Fate, Point, PointImage, PointStore, Prediction, Priorities, Request, View,
+    Chooser, DepthFilter, Fate, FinishBand, Point, PointImage, PointStore, Prediction, Priorities,
+    ProjectChunk, Request, ResolveBand, View,
 };
 use llsr_scene::{Bounds, Camera, ObjectId, Scene, Viewport};
 use llsr_shading::{Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoint};
@@ -17,6 +21,7 @@ use crate::frame::patch::{PatchScratch, patch};
 use crate::frame::predict::extrapolate;
 use crate::frame::settings::{FrameReport, FrameSettings, StageTimes};
 use crate::frame::shadows::Shadows;
+use crate::frame::share::share;
 
 /// Object of points of the background.
 const BACKGROUND: u32 = u32::MAX;
@@ -150,7 +155,9 @@ impl FrameRenderer {
         Ok(Self {
             viewport,
             settings,
-            shadows: settings.shadow_edges.then(|| Shadows::new(scene, &edges)),
+            shadows: settings
+                .shadow_edges
+                .then(|| Shadows::new(scene, &edges, settings.shadow_least_share)),
             edges,
             seen: vec![0; scene.objects.len()],
             lights: scene.lights.iter().map(LightSpan::of).collect(),
@@ -224,6 +231,12 @@ impl FrameRenderer {
     /// All points that are kept.
     pub fn store(&self) -> &PointStore {
         &self.store
+    }
+
+    /// Edges of the meshes that are searched for view edges; those of a mesh count for each object that shows it.
+    pub fn mesh_edges(&self) -> usize {
+        let of = |i: usize| self.edges.mesh_of(ObjectId::from(i)).map_or(0, |mesh| mesh.len());
+        (0..self.seen.len()).map(of).sum()
     }
 
     /// View edges of the last picture (m, recentred frame).
@@ -322,6 +335,16 @@ impl FrameRenderer {
 
     /// Makes the next frame: the view of `camera`, and at most `samples` requests.
     pub fn draw(&mut self, camera: &Camera, samples: usize) {
+        if self.settings.threads > 1 {
+            // Into the pool once, not for each pass.
+            rayon::scope(|_| self.make_frame(camera, samples));
+        } else {
+            self.make_frame(camera, samples);
+        }
+    }
+
+    fn make_frame(&mut self, camera: &Camera, samples: usize) {
+        let bands = self.settings.threads.max(1);
         let mut watch = Watch::start();
         let mut ms = StageTimes::default();
         let matrix = camera.view_projection(self.viewport, NEAR);
@@ -332,8 +355,7 @@ impl FrameRenderer {
         ms.points = watch.lap() + self.coming.points;
 
         self.find_edges(camera);
-        let (shadow_edges, shadow_pairs) = self.shadows.as_mut().map_or((&[][..], 0), Shadows::update);
-        let shadow_edge_count = shadow_edges.len();
+        let shadow_pairs = self.shadows.as_mut().map_or(0, Shadows::update);
         ms.edges = watch.lap();
 
         self.list.clear();
@@ -343,10 +365,9 @@ impl FrameRenderer {
         let (depth, region) = self.scratch.hidden.least_depths(&self.points);
         load_points(&mut self.image, &self.points, depth, region);
         ms.points += watch.lap();
-        self.image.rasterize(&self.list, self.settings.occlusion);
-        self.image.classify();
+        self.rasterize(bands);
         ms.rasterize += watch.lap();
-        self.image.reach();
+        share(self.image.reach_bands(bands), &ReachBand::run);
         ms.reach = watch.lap();
         let shone = self
             .scratch
@@ -357,24 +378,40 @@ impl FrameRenderer {
         let (depth, region) = (self.points.depth_plane(), self.points.region_plane());
         load_points(&mut self.image, &self.points, depth, region);
         ms.points += watch.lap();
+        let shadow_edges = self.shadows.as_ref().map_or(&[][..], Shadows::segments);
+        let shadow_edge_count = shadow_edges.len();
         self.list.extend_world(&matrix, shadow_edges);
-        self.image.rasterize(&self.list, self.settings.occlusion);
-        self.image.classify();
+        self.rasterize(bands);
         ms.rasterize += watch.lap();
-        self.image.reach();
+        share(self.image.reach_bands(bands), &ReachBand::run);
         ms.reach += watch.lap();
 
-        self.image.interpolate(&mut self.picture);
-        let filled = self.image.fill(&mut self.picture, FILL_PASSES);
+        share(
+            self.image.interpolate_bands(&mut self.picture, bands),
+            &InterpolateBand::run,
+        );
+        let mut filled = 0;
+        for _ in 0..FILL_PASSES {
+            share(self.image.fill_bands(&self.picture, bands), &FillBand::run);
+            filled += self.image.apply(&mut self.picture);
+        }
         let (patched, holes) = patch(&mut self.picture, &mut self.scratch.patch);
         ms.interpolate = watch.lap();
 
         if self.settings.complex {
-            self.image.filter_complex(&mut self.picture, |_, _| Vec3::ONE);
+            share(
+                self.image.complex_bands(&self.picture, bands),
+                &|band: ComplexBand<'_>| band.run(|_, _| Vec3::ONE),
+            );
+            self.image.apply(&mut self.picture);
         }
         ms.complex = watch.lap();
 
-        self.image.antialias(&mut self.picture);
+        share(
+            self.image.antialias_bands(&self.picture, bands),
+            &AntialiasBand::run,
+        );
+        self.image.apply(&mut self.picture);
         ms.antialias = watch.lap();
 
         self.ask(camera, samples);
@@ -401,6 +438,16 @@ impl FrameRenderer {
         };
         self.coming = Coming::default();
         self.frame += 1;
+    }
+
+    /// Draws the edges of the list and classifies the pixels.
+    fn rasterize(&mut self, bands: usize) {
+        let occlusion = self.settings.occlusion;
+        share(
+            self.image.rasterize_bands(&self.list, occlusion, bands),
+            &RasterizeBand::run,
+        );
+        share(self.image.classify_bands(bands), &ClassifyBand::run);
     }
 
     fn see(&mut self, object: Option<ObjectId>) {
@@ -440,7 +487,17 @@ impl FrameRenderer {
         let density = self.points.counts().occupied as f32 / self.viewport.pixels() as f32;
         // Points are thinner where surfaces come near.
         let filter = DepthFilter::default().for_density(0.6 * density);
-        self.points.reproject(&self.store, &view, &filter);
+        let bands = self.settings.threads.max(1);
+        if bands == 1 {
+            self.points.reproject(&self.store, &view, &filter);
+            return;
+        }
+        share(
+            self.points.project_chunks(&self.store, &view, &filter, bands),
+            &ProjectChunk::run,
+        );
+        share(self.points.resolve_bands(bands), &ResolveBand::run);
+        share(self.points.finish_bands(&self.store, bands), &FinishBand::run);
     }
 
     fn find_edges(&mut self, camera: &Camera) {

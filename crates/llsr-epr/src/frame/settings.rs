@@ -10,6 +10,9 @@ pub struct FrameSettings {
     pub crease_degrees: f64,
     /// Find the edges of the shadows that shaders meet (BWG03 sections 6.3 to 6.5).
     pub shadow_edges: bool,
+    /// Of these, leave out those of lights that together give less than this share of the light where the edge lies, in
+    /// [0, 1]; 0 keeps all (see [`ShadowEdges::drop_unimportant`](llsr_edges::ShadowEdges::drop_unimportant)).
+    pub shadow_least_share: f64,
     /// The interpolation filter.
     pub kernel: Kernel,
     /// Rebuild complex pixels in quarters (BWG03 section 5.4).
@@ -30,6 +33,9 @@ pub struct FrameSettings {
     pub ages: AgeRule,
     /// How new points take the place of old ones.
     pub replacement: Replacement,
+    /// Threads that make a frame, at least 1; more than one are those of the current rayon pool. The bits of the picture
+    /// do not depend on it.
+    pub threads: usize,
     /// Seeds the places of samples within their pixels.
     pub seed: u64,
 }
@@ -39,6 +45,7 @@ impl Default for FrameSettings {
         Self {
             crease_degrees: 85.0,
             shadow_edges: true,
+            shadow_least_share: 0.3,
             kernel: Kernel::PEAKED,
             complex: true,
             occlusion: Some(Occlusion::default()),
@@ -49,6 +56,7 @@ impl Default for FrameSettings {
             latency: 0,
             ages: AgeRule::default(),
             replacement: Replacement::default(),
+            threads: 1,
             seed: 0,
         }
     }

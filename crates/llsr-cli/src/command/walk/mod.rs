@@ -51,6 +51,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let path = camera_path(args, &scene, &camera)?;
     let settings = FrameSettings {
         seed: common.seed,
+        threads: usize::from(args.display_threads),
         ..FrameSettings::default()
     };
     let renderer = FrameRenderer::new(&scene, viewport, settings)
@@ -78,6 +79,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let mut walk = Walk {
         scene: args.scene.scene.clone(),
         triangles: scene.triangle_count(),
+        mesh_edges: drive.renderer().mesh_edges(),
         primitives: scene.primitive_count(),
         lights: scene.lights.len(),
         size: args.scene.size,

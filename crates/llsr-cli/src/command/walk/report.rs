@@ -18,6 +18,7 @@ pub(crate) struct FrameLine {
 pub(crate) struct Walk {
     pub(crate) scene: String,
     pub(crate) triangles: usize,
+    pub(crate) mesh_edges: usize,
     pub(crate) primitives: usize,
     pub(crate) lights: usize,
     pub(crate) size: (u32, u32),
@@ -93,6 +94,7 @@ impl Walk {
         json!({
             "scene": self.scene,
             "triangles": self.triangles,
+            "mesh_edges": self.mesh_edges,
             "primitives": self.primitives,
             "lights": self.lights,
             "size": [self.size.0, self.size.1],

@@ -1,0 +1,311 @@
+//! Tables 1 to 3 and figures 7 and 9 to 13 of Bala, Walter & Greenberg 2003.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::run::{cargo, root, run as run_command};
+
+/// A scene of the paper's tables, and what stands for it here.
+struct Case {
+    /// Name in the paper, and what we show.
+    paper: &'static str,
+    ours: &'static str,
+    /// Arguments of `llsr walk`; `@` stands for the folder of data.
+    scene: &'static [&'static str],
+    shader: &'static str,
+    samples: &'static str,
+    /// The paper's numbers: polygons, edges; the stages and total of table 2 (ms), frames/s, sparseness ratio, seconds of the
+    /// ray tracer, speed-up; silhouette and shadow edges and shares of pixels of table 3.
+    table1: [&'static str; 2],
+    table2: [&'static str; 12],
+    table3: [&'static str; 5],
+}
+
+const CASES: [Case; 5] = [
+    Case {
+        paper: "Rooms",
+        ours: "demo:rooms",
+        scene: &["demo:rooms"],
+        shader: "gi",
+        samples: "2621",
+        table1: ["15,006", "23,004"],
+        table2: [
+            "0.5", "17", "26", "11", "14", "2", "17", "95", "10.5", "97", "4.8", "51",
+        ],
+        table3: ["1,814", "7,356", "87.0", "8.9", "4.1"],
+    },
+    Case {
+        paper: "Chains",
+        ours: "demo:chains",
+        scene: &["demo:chains"],
+        shader: "direct",
+        samples: "5243",
+        table1: ["73,728", "110,592"],
+        table2: [
+            "4", "13", "26", "11", "14", "2", "6", "88", "11.4", "52", "2.0", "23",
+        ],
+        table3: ["3,644", "14,138", "92.0", "6.9", "1.1"],
+    },
+    Case {
+        paper: "Mack",
+        ours: "classroom",
+        scene: &["@/classroom.glb", "--tube", "FluorescentTube=3000lm"],
+        shader: "gi",
+        samples: "2621",
+        table1: ["101,306", "153,526"],
+        table2: [
+            "2.5", "11", "26", "11", "14", "2", "6", "77", "13.0", "92", "4.5", "58",
+        ],
+        table3: ["3,669", "27,917", "89.1", "9.7", "1.2"],
+    },
+    Case {
+        paper: "David",
+        ours: "igea",
+        scene: &["@/igea.glb", "--line-light", "-0.5,1.5,1.5:0.5,1.5,1.5=3000lm"],
+        shader: "glossy",
+        samples: "2621",
+        table1: ["250,014", "374,635"],
+        table2: [
+            "9", "39", "27", "11", "14", "2", "16", "127", "7.9", "65", "5.1", "40",
+        ],
+        table3: ["39,116", "163,338", "92.5", "3.5", "4.0"],
+    },
+    Case {
+        paper: "Dragon",
+        ours: "dragon with grid",
+        scene: &[
+            "@/dragon_vrip.glb",
+            "--line-light",
+            "-0.05,0.6,0.1:0.05,0.6,0.1=300lm",
+            "--add-grid",
+        ],
+        shader: "direct",
+        samples: "5243",
+        table1: ["872,184", "1,305,164"],
+        table2: [
+            "22", "29", "26", "11", "14", "2", "6", "124", "8.1", "40", "2.3", "19",
+        ],
+        table3: ["26,269", "92,884", "92.9", "5.9", "1.2"],
+    },
+];
+
+/// Figures that are pictures of a walk: name, arguments, pictures to keep.
+const FIGURES: [(&str, &[&str], &[&str]); 7] = [
+    ("fig7-chains", &["demo:chains"], &["frame", "edges"]),
+    (
+        "fig9-torus-capsule",
+        &["demo:torus-capsule", "--samples-per-frame", "4000"],
+        &["frame", "edges"],
+    ),
+    (
+        "fig10-tea-stand",
+        &["demo:tea-stand", "--reference", "--samples-per-frame", "4000"],
+        &["frame", "edges", "raytrace"],
+    ),
+    (
+        "fig11-interpolation",
+        &["demo:rooms", "--reference"],
+        &["frame", "blind"],
+    ),
+    ("fig12-rooms", &["demo:rooms", "--shader", "gi"], &["frame"]),
+    (
+        "fig12-igea",
+        &[
+            "@/igea.glb",
+            "--line-light",
+            "-0.5,1.5,1.5:0.5,1.5,1.5=3000lm",
+            "--shader",
+            "glossy",
+        ],
+        &["frame", "edges"],
+    ),
+    (
+        "fig13-dragon",
+        &[
+            "@/dragon_vrip.glb",
+            "--line-light",
+            "-0.05,0.6,0.1:0.05,0.6,0.1=300lm",
+            "--add-grid",
+        ],
+        &["frame", "edges"],
+    ),
+];
+
+/// Frames of a walk; the last is kept.
+const FRAMES: &str = "90";
+/// Size of the figures.
+const FIGURE: &str = "320x320";
+
+pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
+    run_command(&mut cargo(&[
+        "build",
+        "-q",
+        "--release",
+        "-p",
+        "llsr-cli",
+        "--locked",
+    ]))?;
+    let folder = root().join("docs/papers/bwg03");
+    let scratch = std::env::temp_dir().join(format!("llsr-figures-{}", std::process::id()));
+    for folder in [&folder, &scratch] {
+        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    }
+    let mut reports = Vec::new();
+    for case in &CASES {
+        let Some(scene) = placed(case.scene, data) else {
+            println!("{}: not there, left out", case.ours);
+            continue;
+        };
+        println!("{}", case.ours);
+        let report = scratch.join("report.json");
+        let mut command = walk(&scene);
+        command
+            .args([
+                "--size",
+                "512x512",
+                "--frames",
+                FRAMES,
+                "--every",
+                "30",
+                "--compare",
+                "raytrace",
+            ])
+            .args([
+                "--shader",
+                case.shader,
+                "--samples-per-frame",
+                case.samples,
+                "--report",
+            ])
+            .arg(&report);
+        run_command(&mut command)?;
+        let text = fs::read_to_string(&report).map_err(|e| format!("{}: {e}", report.display()))?;
+        let value: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+        reports.push((case, value));
+    }
+    let path = folder.join("README.md");
+    fs::write(&path, tables(&reports)).map_err(|e| format!("{}: {e}", path.display()))?;
+    for (name, arguments, pictures) in FIGURES {
+        let Some(scene) = placed(arguments, data) else {
+            println!("{name}: not there, left out");
+            continue;
+        };
+        println!("{name}");
+        let kept = scratch.join(name);
+        let mut command = walk(&scene);
+        command.args([
+            "--size",
+            FIGURE,
+            "--frames",
+            FRAMES,
+            "--every",
+            FRAMES,
+            "--keep-frames",
+        ]);
+        run_command(command.arg(&kept))?;
+        for picture in pictures {
+            let from = kept.join(format!("{picture}-00089.png"));
+            let to = folder.join(format!("{name}-{picture}.png"));
+            fs::copy(&from, &to).map_err(|e| format!("{}: {e}", from.display()))?;
+        }
+    }
+    fs::remove_dir_all(&scratch).map_err(|e| format!("{}: {e}", scratch.display()))
+}
+
+fn walk(scene: &[String]) -> Command {
+    let mut command = Command::new(root().join("target/release/llsr"));
+    command.arg("walk").args(scene).arg("--quiet");
+    command
+}
+
+/// The arguments with the folder of data in place of `@`; `None` if the file is not there.
+fn placed(arguments: &[&str], data: Option<&Path>) -> Option<Vec<String>> {
+    let one = |argument: &&str| match argument.strip_prefix("@/") {
+        None => Some((*argument).to_owned()),
+        Some(file) => {
+            let path: PathBuf = data?.join(file);
+            path.is_file().then(|| path.display().to_string())
+        }
+    };
+    arguments.iter().map(one).collect()
+}
+
+fn tables(reports: &[(&Case, Value)]) -> String {
+    let mut text = String::from(
+        "# Tables of Bala, Walter & Greenberg 2003, made anew\n\n\
+         Written by `cargo xtask figures bwg03 --data FOLDER`, with the figures beside this file. The paper's numbers, in\n\
+         brackets, come from a 2.8 GHz Pentium 4 for the display and four to ten processors for the shader; ours from one machine\n\
+         with two cores that do both in turn (lockstep). Pictures have 512 x 512 pixels, walks 90 frames; numbers are those of the\n\
+         median frame.\n\n\
+         ## Table 1: scenes\n\n| scene | triangles | mesh edges | shader |\n|---|---|---|---|\n",
+    );
+    for (case, report) in reports {
+        let [polygons, edges] = case.table1;
+        let _ = writeln!(
+            text,
+            "| {} ({}) | {} ({polygons}) | {} ({edges}) | {} |",
+            case.ours, case.paper, report["triangles"], report["mesh_edges"], case.shader
+        );
+    }
+    text.push_str(
+        "\n## Table 2: milliseconds of a frame\n\n\
+         | scene | edges | rasterize | points | reach | interpolate | antialias | complex | total | frames/s | sparseness | \
+         ray tracing (s) | speed-up |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for (case, report) in reports {
+        let summary = &report["summary"];
+        let stages = [
+            "edges",
+            "rasterize",
+            "points",
+            "reach",
+            "interpolate",
+            "antialias",
+            "complex",
+            "total",
+        ];
+        let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+        let mut ours: Vec<String> = stages
+            .iter()
+            .map(|stage| format!("{:.2}", number(&summary["median_ms"][stage])))
+            .collect();
+        ours.push(format!("{:.0}", number(&summary["fps"])));
+        ours.push(format!("{:.0}", 1.0 / number(&summary["sparseness"])));
+        ours.push(format!("{:.2}", number(&summary["raytrace_seconds"])));
+        ours.push(format!("{:.0}", number(&summary["speedup"])));
+        let _ = write!(text, "| {} ({}) |", case.ours, case.paper);
+        for (ours, paper) in ours.iter().zip(case.table2) {
+            let _ = write!(text, " {ours} ({paper}) |");
+        }
+        text.push('\n');
+    }
+    text.push_str(
+        "\n## Table 3: edges and pixels of the last frame\n\n\
+         | scene | view edges | shadow edges | empty % | simple % | complex % |\n|---|---|---|---|---|---|\n",
+    );
+    for (case, report) in reports {
+        let last = report["frames"].as_array().and_then(|frames| frames.last());
+        let Some(frame) = last else { continue };
+        let pixels = &frame["pixels"];
+        let count = |class: &str| pixels[class].as_f64().unwrap_or(f64::NAN);
+        let all = count("empty") + count("simple") + count("complex");
+        let share = |class: &str| format!("{:.1}", 100.0 * count(class) / all);
+        let ours = [
+            frame["edges"]["silhouette"].to_string(),
+            frame["edges"]["shadow"].to_string(),
+            share("empty"),
+            share("simple"),
+            share("complex"),
+        ];
+        let _ = write!(text, "| {} ({}) |", case.ours, case.paper);
+        for (ours, paper) in ours.iter().zip(case.table3) {
+            let _ = write!(text, " {ours} ({paper}) |");
+        }
+        text.push('\n');
+    }
+    text
+}
