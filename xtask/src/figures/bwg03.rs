@@ -65,7 +65,13 @@ const CASES: [Case; 5] = [
     Case {
         paper: "David",
         ours: "igea",
-        scene: &["@/igea.glb", "--line-light", "-0.5,1.5,1.5:0.5,1.5,1.5=3000lm"],
+        scene: &[
+            "@/igea.glb",
+            "--line-light",
+            "-0.5,1.5,1.5:0.5,1.5,1.5=3000lm",
+            "--path",
+            "!igea",
+        ],
         shader: "glossy",
         samples: "2621",
         table1: ["250,014", "374,635"],
@@ -82,6 +88,8 @@ const CASES: [Case; 5] = [
             "--line-light",
             "-0.05,0.6,0.1:0.05,0.6,0.1=300lm",
             "--add-grid",
+            "--path",
+            "!dragon",
         ],
         shader: "direct",
         samples: "5243",
@@ -120,6 +128,8 @@ const FIGURES: [(&str, &[&str], &[&str]); 7] = [
             "-0.5,1.5,1.5:0.5,1.5,1.5=3000lm",
             "--shader",
             "glossy",
+            "--path",
+            "!igea",
         ],
         &["frame", "edges"],
     ),
@@ -130,13 +140,15 @@ const FIGURES: [(&str, &[&str], &[&str]); 7] = [
             "--line-light",
             "-0.05,0.6,0.1:0.05,0.6,0.1=300lm",
             "--add-grid",
+            "--path",
+            "!dragon",
         ],
         &["frame", "edges"],
     ),
 ];
 
 /// Frames of a walk; the last is kept.
-const FRAMES: &str = "90";
+const FRAMES: &str = "45";
 /// Size of the figures.
 const FIGURE: &str = "320x320";
 
@@ -154,9 +166,17 @@ pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
     for folder in [&folder, &scratch] {
         fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
+    // Round things that stand alone: a walk would pass them.
+    for (name, center, radius) in [
+        ("igea", [0.0, 0.0, 0.0], 0.2),
+        ("dragon", [-0.006, 0.125, -0.005], 0.34),
+    ] {
+        let path = scratch.join(name);
+        fs::write(&path, orbit(center, radius)).map_err(|e| format!("{}: {e}", path.display()))?;
+    }
     let mut reports = Vec::new();
     for case in &CASES {
-        let Some(scene) = placed(case.scene, data) else {
+        let Some(scene) = placed(case.scene, data, &scratch) else {
             println!("{}: not there, left out", case.ours);
             continue;
         };
@@ -190,7 +210,7 @@ pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
     let path = folder.join("README.md");
     fs::write(&path, tables(&reports)).map_err(|e| format!("{}: {e}", path.display()))?;
     for (name, arguments, pictures) in FIGURES {
-        let Some(scene) = placed(arguments, data) else {
+        let Some(scene) = placed(arguments, data, &scratch) else {
             println!("{name}: not there, left out");
             continue;
         };
@@ -208,7 +228,7 @@ pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
         ]);
         run_command(command.arg(&kept))?;
         for picture in pictures {
-            let from = kept.join(format!("{picture}-00089.png"));
+            let from = kept.join(format!("{picture}-00044.png"));
             let to = folder.join(format!("{name}-{picture}.png"));
             fs::copy(&from, &to).map_err(|e| format!("{}: {e}", from.display()))?;
         }
@@ -222,10 +242,33 @@ fn walk(scene: &[String]) -> Command {
     command
 }
 
-/// The arguments with the folder of data in place of `@`; `None` if the file is not there.
-fn placed(arguments: &[&str], data: Option<&Path>) -> Option<Vec<String>> {
+/// A camera path around a point (m), 0.6 degrees a frame.
+fn orbit([x, y, z]: [f64; 3], radius: f64) -> String {
+    let mut text = String::from("# llsr camera path 1\n");
+    for frame in 0..45 {
+        let (s, c) = (40.0 + 0.6 * f64::from(frame)).to_radians().sin_cos();
+        let (dx, dy, dz) = (radius * s, 0.4 * radius, radius * c);
+        let _ = writeln!(
+            text,
+            "{} {} {}  {} {} {}  0 1 0  35",
+            x + dx,
+            y + dy,
+            z + dz,
+            -dx,
+            -dy,
+            -dz
+        );
+    }
+    text
+}
+
+/// The arguments with the folder of data in place of `@` and that of paths in place of `!`; `None` if the file is not there.
+fn placed(arguments: &[&str], data: Option<&Path>, paths: &Path) -> Option<Vec<String>> {
     let one = |argument: &&str| match argument.strip_prefix("@/") {
-        None => Some((*argument).to_owned()),
+        None => Some(match argument.strip_prefix('!') {
+            Some(name) => paths.join(name).display().to_string(),
+            None => (*argument).to_owned(),
+        }),
         Some(file) => {
             let path: PathBuf = data?.join(file);
             path.is_file().then(|| path.display().to_string())
@@ -239,7 +282,7 @@ fn tables(reports: &[(&Case, Value)]) -> String {
         "# Tables of Bala, Walter & Greenberg 2003, made anew\n\n\
          Written by `cargo xtask figures bwg03 --data FOLDER`, with the figures beside this file. The paper's numbers, in\n\
          brackets, come from a 2.8 GHz Pentium 4 for the display and four to ten processors for the shader; ours from one machine\n\
-         with two cores that do both in turn (lockstep). Pictures have 512 x 512 pixels, walks 90 frames; numbers are those of the\n\
+         with two cores that do both in turn (lockstep). Pictures have 512 x 512 pixels, walks 45 frames; numbers are those of the\n\
          median frame.\n\n\
          ## Table 1: scenes\n\n| scene | triangles | mesh edges | shader |\n|---|---|---|---|\n",
     );

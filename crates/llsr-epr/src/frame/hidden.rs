@@ -6,7 +6,7 @@
 //! hidden.
 
 use llsr_epi::EdgePointImage;
-use llsr_render_cache::{NO_SLOT, OCCUPIED, PointImage, PointStore};
+use llsr_render_cache::{OCCUPIED, PointImage, PointStore};
 
 /// How much nearer, as a share of the depth, a point of another object must be: an object may run into another without an
 /// edge.
@@ -146,30 +146,25 @@ fn is_hidden(
     (x, y): (usize, usize),
     depth: f32,
 ) -> bool {
-    let mut mask = image.reach_mask(x as u32, y as u32);
-    let stride = points.stride();
-    let object = store.object(points.slot_plane()[y * stride + x]);
-    while mask != 0 {
-        let bit = mask.trailing_zeros() as usize;
-        mask &= mask - 1;
-        // The window in scan order without its centre.
-        let tap = bit + usize::from(bit >= 12);
-        let (dx, dy) = (tap % 5, tap / 5);
-        // What is reached lies in the picture.
-        let i = (y + dy - REACH) * stride + x + dx - REACH;
-        let slot = points.slot_plane()[i];
-        if slot == NO_SLOT {
-            continue;
-        }
-        let near = points.depth_plane()[i];
-        let tolerance = if store.object(slot) == object {
-            SAME_OBJECT * dx.abs_diff(REACH).max(dy.abs_diff(REACH)) as f32
-        } else {
-            OTHER_OBJECT
-        };
-        if near < depth * (1.0 - tolerance) {
-            return true;
+    let (stride, (width, height)) = (points.stride(), points.size());
+    let (depths, slots) = (points.depth_plane(), points.slot_plane());
+    let object = store.object(slots[y * stride + x]);
+    // Bits as in the masks of reachability: the window in scan order without its centre.
+    let mut nearer = 0u32;
+    for v in y.saturating_sub(REACH)..(y + REACH + 1).min(height as usize) {
+        for u in x.saturating_sub(REACH)..(x + REACH + 1).min(width as usize) {
+            let near = depths[v * stride + u];
+            if near >= depth * (1.0 - OTHER_OBJECT) {
+                continue;
+            }
+            let same = store.object(slots[v * stride + u]) == object;
+            let steps = u.abs_diff(x).max(v.abs_diff(y)) as f32;
+            if !same || near < depth * (1.0 - SAME_OBJECT * steps) {
+                let tap = (v + REACH - y) * 5 + u + REACH - x;
+                nearer |= 1 << (tap - usize::from(tap > 12));
+            }
         }
     }
-    false
+    // The mask costs more than all that.
+    nearer != 0 && nearer & image.reach_mask(x as u32, y as u32) != 0
 }

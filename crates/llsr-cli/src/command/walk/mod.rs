@@ -172,7 +172,7 @@ fn shader_of(
         ..ExternalSettings::default()
     };
     let shader = ExternalShader::spawn(command, Arc::clone(world), &settings)
-        .map_err(|error| Failure::Work(format!("--shader-cmd: {error}")))?;
+        .map_err(|error| Failure::Work(format!("--shader-cmd '{command}': {error}")))?;
     Ok(Arc::new(shader))
 }
 
