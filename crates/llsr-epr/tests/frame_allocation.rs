@@ -42,7 +42,7 @@ fn frames_do_not_allocate() {
     let mut renderer = FrameRenderer::new(&scene, viewport, FrameSettings::default()).expect("size");
     // There and back again, so that nothing new is met the second time.
     let there = CameraPath::default_walk(&scene.cameras[0], 12, 10.0).cameras;
-    let path: Vec<_> = there.iter().chain(there.iter().rev()).cycle().take(96).collect();
+    let path: Vec<_> = there.iter().chain(there.iter().rev()).cycle().take(168).collect();
     let (mut points, mut met) = (Vec::new(), Encounters::default());
     renderer.draw(path[0], 800);
     let mut quiet = 0;
@@ -55,7 +55,7 @@ fn frames_do_not_allocate() {
         renderer.draw(camera, 120);
         let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
         // New shadows have edges to be found; only that may ask for memory.
-        if frame >= 48 && renderer.report().shadow_pairs == 0 {
+        if frame >= 96 && renderer.report().shadow_pairs == 0 {
             assert_eq!(allocated, 0, "allocations in frame {frame}");
             quiet += 1;
         }

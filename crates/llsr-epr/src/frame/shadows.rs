@@ -22,6 +22,8 @@ pub(crate) struct Shadows {
     segments: Vec<[Vec3; 2]>,
     /// What happened since they were last brought up to date.
     met: Vec<Triple>,
+    /// All triples that were added, sorted.
+    known: Vec<Triple>,
     /// Updates since triples were last added.
     waited: u32,
     /// For each light its middle (m) and its flux.
@@ -42,6 +44,7 @@ impl Shadows {
             edges: ShadowEdges::default(),
             segments: Vec::new(),
             met: Vec::new(),
+            known: Vec::new(),
             waited: PATIENCE,
             lights: scene.lights.iter().map(strength).collect(),
             least_share,
@@ -51,7 +54,8 @@ impl Shadows {
     }
 
     pub(crate) fn meet(&mut self, triples: &[Triple]) {
-        self.met.extend_from_slice(triples);
+        let new = |triple: &&Triple| self.known.binary_search(triple).is_err();
+        self.met.extend(triples.iter().filter(new));
     }
 
     pub(crate) fn move_object(&mut self, object: ObjectId, transform: Affine3A) {
@@ -89,7 +93,9 @@ impl Shadows {
         if !self.met.is_empty() && self.waited > PATIENCE {
             self.waited = 0;
             pairs += self.edges.add(&self.scene, self.met.iter().copied()).pairs;
-            self.met.clear();
+            self.known.append(&mut self.met);
+            self.known.sort_unstable();
+            self.known.dedup();
         }
         if pairs > 0 {
             if self.least_share > 0.0 && self.lights.len() > 1 {
