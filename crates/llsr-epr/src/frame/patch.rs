@@ -7,7 +7,7 @@ use glam::Vec3;
 use llsr_epi::{Picture, UNREACHED};
 
 /// Rings of pixels that are coloured with care; what lies deeper takes the colour of its row or column.
-const RINGS: usize = 24;
+const RINGS: usize = 8;
 
 /// Working memory of [`patch`].
 #[derive(Clone, Debug, Default)]
