@@ -11,6 +11,7 @@ mod stats;
 mod stress;
 mod tables;
 mod tidy;
+mod view_test;
 
 use std::process::ExitCode;
 
@@ -18,7 +19,7 @@ const HELP: &str = "\
 cargo xtask TASK
 
   test       all tests (unit, property, corpus, documentation)
-  checks     everything else that must hold: fmt tidy layers msrv golden tables stats clippy doc deny
+  checks     everything else that must hold: fmt tidy layers msrv golden tables stats clippy doc deny view-test
   ci         test, then checks
 
   golden [--bless NAME]   compare the golden pictures, or write one anew
@@ -29,6 +30,8 @@ cargo xtask TASK
   figures bwg03 [--data FOLDER]   those of the 2003 paper, into docs/papers/bwg03; FOLDER may hold classroom.glb,
                           igea.glb and dragon_vrip.glb
   soak [FRAMES]           a live walk with moving things, 20000 frames: memory and end
+
+  view-test [FOLDER]      the window of llsr view on a virtual screen, where Xvfb and xdotool are installed
 
   fmt clippy doc msrv tidy layers stats deny     one check alone
 
@@ -50,6 +53,7 @@ const CHECKS: &[(&str, Check)] = &[
     ("doc", checks::doc),
     ("stats", stats::run),
     ("deny", checks::deny),
+    ("view-test", || view_test::run_with(&[])),
 ];
 
 fn main() -> ExitCode {
@@ -64,6 +68,7 @@ fn main() -> ExitCode {
         Some("figures") => figures::run(rest),
         Some("silhouettes") => silhouettes::run(rest),
         Some("soak") => soak::run(rest),
+        Some("view-test") => view_test::run_with(rest),
         Some("stress") => stress::run(rest),
         Some(name) => match CHECKS.iter().find(|check| check.0 == name) {
             Some((_, check)) => check(),

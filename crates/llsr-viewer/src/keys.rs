@@ -121,7 +121,7 @@ pub const BINDINGS: &[Binding] = &[
         &["KeyO"],
         Meaning::Do(Action::Steering),
         "O",
-        "turn on the spot / go round what is under the pointer",
+        "left drag goes round things / turns",
     ),
     key(
         &["Home"],
@@ -141,7 +141,7 @@ pub const BINDINGS: &[Binding] = &[
         &["KeyB"],
         Meaning::Do(Action::Blind),
         "B",
-        "interpolate across edges, for comparison",
+        "blind interpolation, for comparison",
     ),
     key(&["KeyT"], Meaning::Do(Action::RayTrace), "T", "plain ray tracing"),
     key(&["KeyL"], Meaning::Do(Action::Lights), "L", "lights as lines"),
@@ -195,7 +195,7 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("left drag", "turn, or go round"),
     ("right drag", "move an object or a light"),
     ("middle drag", "move in the picture's plane"),
-    ("wheel", "nearer, farther; Shift: wider; flying: speed"),
+    ("wheel", "nearer; Shift: wider; flying: faster"),
 ];
 
 /// What the key of that code does.

@@ -23,7 +23,7 @@ mod window {
 
     use llsr_epr::FrameSettings;
     use llsr_scene::Viewport;
-    use llsr_shading::{Settings, World};
+    use llsr_shading::World;
     use llsr_viewer::{
         PictureSettings, ShaderChoice, ViewError, ViewReport, ViewSettings, movable_objects, view,
     };
@@ -142,11 +142,7 @@ mod window {
             },
             exposure: args.exposure,
             picture: PictureSettings {
-                shading: Settings {
-                    spp: args.spp,
-                    seed: common.seed,
-                    ..Settings::default()
-                },
+                spp: args.spp,
                 stem: args.folder.join("llsr-view"),
             },
             path_stem: args.folder.join("llsr-path"),

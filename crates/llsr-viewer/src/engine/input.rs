@@ -1,5 +1,6 @@
 //! Keys and mouse.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use llsr_io::Development;
@@ -7,7 +8,7 @@ use llsr_io::Development;
 use super::{Engine, Gesture};
 use crate::canvas::ToneTable;
 use crate::grip::{Grip, surface_under};
-use crate::jobs::{free_name, save_picture};
+use crate::jobs::{Trace, free_name, save_picture};
 use crate::keys::{Action, Flight, Meaning, meaning};
 use crate::overlay;
 use crate::record::Recorder;
@@ -228,8 +229,21 @@ impl Engine {
             exposure: self.exposure,
             tone: self.settings.tone,
         };
-        let (camera, viewport) = (self.rig.camera(), self.viewport);
-        match save_picture(&self.world, camera, viewport, &self.settings.picture, development) {
+        // A shader of its own, so that things may be moved meanwhile.
+        let shader = match (self.shaders[self.chosen].make)(Arc::clone(&self.world)) {
+            Ok(shader) => shader,
+            Err(error) => {
+                self.complain(error);
+                return;
+            }
+        };
+        let trace = Trace {
+            shader,
+            camera: self.rig.camera().clone(),
+            viewport: self.viewport,
+            seed: self.settings.frames.seed,
+        };
+        match save_picture(trace, &self.settings.picture, development) {
             Ok(job) => self.saving = Some(job),
             Err(error) => self.complain(error.to_string()),
         }

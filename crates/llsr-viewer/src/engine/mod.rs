@@ -18,7 +18,7 @@ pub use input::Button;
 
 use crate::canvas::{Canvas, ToneTable};
 use crate::grip::Grip;
-use crate::jobs::{Job, Traced, trace_picture};
+use crate::jobs::{Job, Trace, Traced, trace_picture};
 use crate::keys::Flight;
 use crate::pace::{Budget, FrameTimes};
 use crate::record::Recorder;
@@ -413,8 +413,13 @@ impl Engine {
             *camera == of.0 && Arc::ptr_eq(world, &of.1) && *viewport == of.2
         };
         if self.tracing.job.is_none() && !self.tracing.of.as_ref().is_some_and(same) {
-            let seed = self.settings.frames.seed;
-            match trace_picture(Arc::clone(&self.shader), &of.0, self.viewport, seed) {
+            let trace = Trace {
+                shader: Arc::clone(&self.shader),
+                camera: of.0.clone(),
+                viewport: self.viewport,
+                seed: self.settings.frames.seed,
+            };
+            match trace_picture(trace) {
                 Ok(job) => self.tracing.job = Some(job),
                 Err(error) => self.complain(error.to_string()),
             }

@@ -559,10 +559,7 @@ fn pictures_and_paths_are_saved_beside_the_display() {
     let folder = tempfile::tempdir().expect("a folder");
     let settings = ViewSettings {
         picture: PictureSettings {
-            shading: llsr_shading::Settings {
-                spp: 4,
-                ..llsr_shading::Settings::default()
-            },
+            spp: 4,
             stem: folder.path().join("shot"),
         },
         path_stem: folder.path().join("path"),
@@ -619,10 +616,7 @@ fn a_picture_can_be_given_up() {
     let folder = tempfile::tempdir().expect("a folder");
     let settings = ViewSettings {
         picture: PictureSettings {
-            shading: llsr_shading::Settings {
-                spp: 4096,
-                ..llsr_shading::Settings::default()
-            },
+            spp: 4096,
             stem: folder.path().join("shot"),
         },
         ..settings()
