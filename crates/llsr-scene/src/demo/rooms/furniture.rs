@@ -115,7 +115,7 @@ impl Furniture<'_> {
             bronze,
             ..
         } = *self.paint;
-        let (x, z) = (5.2, -5.2);
+        let (x, z) = (5.6, -5.2);
         self.place("table", &table(v(1.5, 0.75, 1.5), 0.07, wood), at(x, 0.0, z, 0.0));
         let chair = chair(dark_wood);
         for (turn, dx, dz) in [
