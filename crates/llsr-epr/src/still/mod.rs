@@ -13,6 +13,7 @@ use llsr_epi::{EdgeList, EdgePointImage, Occlusion, Picture, PixelClass, Point, 
 use llsr_scene::{Camera, Projection, Scene, Viewport, luminance};
 use llsr_shading::{DirectLight, Film, Settings, Statistics};
 use llsr_tracer::Tracer;
+use rayon::prelude::*;
 
 pub use edges::view_edges;
 
@@ -205,6 +206,7 @@ pub fn render_still(
     (counts.empty, counts.simple, counts.complex) = (classes.empty, classes.simple, classes.complex);
 
     let links = link(&image, &seen, settings.edges);
+    let doubtful = doubt(&image, &seen);
     let direct = DirectLight::new(scene, tracer, &settings.shading);
     let shaded = Shaded {
         scene,
@@ -236,8 +238,21 @@ pub fn render_still(
         statistics: &mut statistics,
     };
     painter.details(&mut picture).ok_or(StillError::Interrupted)?;
-    let complex = painter.complex(&mut picture).ok_or(StillError::Interrupted)?;
     image.antialias(&mut picture);
+    // Last, for blending looks at colours of one side.
+    let mut painter = Painter {
+        shaded: &shaded,
+        image: &image,
+        seen: &seen,
+        light: &choice.light,
+        complex_samples: settings.complex_samples.max(1),
+        progress,
+        counts: &mut counts,
+        statistics: &mut statistics,
+    };
+    let complex = painter
+        .mixed(&mut picture, &doubtful)
+        .ok_or(StillError::Interrupted)?;
     statistics.hits += seen.iter().filter(|seen| seen.is_hit()).count() as u64;
 
     let film = develop(
@@ -312,9 +327,7 @@ fn link(image: &EdgePointImage, seen: &[Seen], edges: bool) -> Links {
         let mut mask = 0;
         for (i, &(dx, dy, _)) in AROUND.iter().enumerate() {
             let (u, v) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
-            // Bit of the 5x5 window in scan order, without the centre.
-            let cell = (dy + 2) * 5 + dx + 2;
-            let bit = if cell > 12 { cell - 1 } else { cell };
+            let bit = window_bit(dx, dy);
             let joined = || !edges || reach >> bit & 1 != 0 && seen[at(x, y)].is_near(&seen[at(u, v)]);
             if u < width && v < height && joined() {
                 mask |= 1 << i;
@@ -322,6 +335,31 @@ fn link(image: &EdgePointImage, seen: &[Seen], edges: bool) -> Links {
         }
         mask
     })
+}
+
+/// Which pixels have a neighbour that they reach though it lies on another surface: there is an edge between them that was not
+/// found, or was hidden by mistake.
+fn doubt(image: &EdgePointImage, seen: &[Seen]) -> Vec<bool> {
+    let (width, height) = image.size();
+    let pixel = |index: usize| {
+        let (x, y) = (index as u32 % width, index as u32 / width);
+        let reach = image.reach_mask(x, y);
+        AROUND.iter().any(|&(dx, dy, _)| {
+            let (u, v) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+            let inside = u < width && v < height;
+            inside && reach >> window_bit(dx, dy) & 1 != 0 && {
+                let there = &seen[(v * width + u) as usize];
+                !seen[index].is_near(there)
+            }
+        })
+    };
+    (0..seen.len()).into_par_iter().map(pixel).collect()
+}
+
+/// Bit of a reach mask: the 5x5 window in scan order, without the centre.
+fn window_bit(dx: i32, dy: i32) -> i32 {
+    let cell = (dy + 2) * 5 + dx + 2;
+    if cell > 12 { cell - 1 } else { cell }
 }
 
 /// Puts the picture and its layers together.

@@ -6,6 +6,7 @@ use llsr_shading::{Pixel, Statistics, SurfacePoint};
 use rayon::prelude::*;
 
 use crate::still::sample::{Brush, Shaded};
+use crate::still::spread::AROUND;
 use crate::still::surface::{Seen, look};
 use crate::still::{StillCounts, radiance};
 
@@ -115,16 +116,27 @@ impl Painter<'_> {
         )
     }
 
-    /// Supersamples the complex pixels, and lists how many points were shaded in each.
-    pub(crate) fn complex(&mut self, picture: &mut Picture) -> Option<Vec<(u32, u32, u32)>> {
-        let pixels: Vec<(u32, u32)> = self.image.complex_pixels().collect();
+    /// Supersamples what the edge image cannot tell alone: complex pixels, and of those with one edge, those beside one and
+    /// `doubtful` ones where more than one surface is seen. Lists how many points were shaded in each complex pixel, and in each other in which there were some.
+    pub(crate) fn mixed(&mut self, picture: &mut Picture, doubtful: &[bool]) -> Option<Vec<(u32, u32, u32)>> {
+        let (width, height) = self.image.size();
+        let pixels: Vec<(u32, u32)> = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (x, y)))
+            .filter(|&(x, y)| {
+                doubtful[(y * width + x) as usize]
+                    || AROUND.iter().chain(&[(0, 0, 0.0)]).any(|&(dx, dy, _)| {
+                        let (u, v) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+                        u < width && v < height && self.image.class(u, v) != PixelClass::Empty
+                    })
+            })
+            .collect();
         let length = pixels.len().div_ceil(self.shaded.viewport.height as usize).max(1);
         let this = &*self;
         let parts: Option<Vec<_>> = pixels
             .par_chunks(length)
             .map_init(Brush::default, |brush, pixels| {
                 let mut counts = Statistics::default();
-                let colours: Vec<(Vec3, u32)> = pixels
+                let colours: Vec<(Option<Vec3>, u32)> = pixels
                     .iter()
                     .map(|&(x, y)| this.supersample(x, y, brush, &mut counts))
                     .collect();
@@ -138,15 +150,26 @@ impl Painter<'_> {
         }
         let mut list = Vec::with_capacity(pixels.len());
         for (&(x, y), (colour, shaded)) in pixels.iter().zip(colours) {
-            picture.set_pixel(x, y, colour);
+            if let Some(colour) = colour {
+                picture.set_pixel(x, y, colour);
+            }
             self.counts.complex_shaded += shaded as usize;
-            list.push((x, y, shaded));
+            if shaded > 0 || self.image.class(x, y) == PixelClass::Complex {
+                list.push((x, y, shaded));
+            }
         }
         Some(list)
     }
 
-    /// The colour of a complex pixel and the number of points that were shaded for it.
-    fn supersample(&self, x: u32, y: u32, brush: &mut Brush, statistics: &mut Statistics) -> (Vec3, u32) {
+    /// The colour of a pixel and the number of points that were shaded for it; no colour if one surface fills a pixel that is
+    /// not complex, which is what interpolation and blending are for.
+    fn supersample(
+        &self,
+        x: u32,
+        y: u32,
+        brush: &mut Brush,
+        statistics: &mut Statistics,
+    ) -> (Option<Vec3>, u32) {
         // Surfaces in the pixel: what the first ray to each found, rays, sums of albedo and emission.
         struct Group {
             point: SurfacePoint,
@@ -158,6 +181,9 @@ impl Painter<'_> {
         }
         let mut groups: Vec<Group> = Vec::new();
         let count = self.complex_samples;
+        if self.image.class(x, y) == PixelClass::Empty && !self.is_mixed(x, y, statistics) {
+            return (None, 0);
+        }
         for subsample in 0..count {
             statistics.primary_rays += 1;
             let Some(point) = self.look(x, y, subpixel(count, subsample)) else {
@@ -181,6 +207,10 @@ impl Painter<'_> {
             group.albedo += point.albedo;
             group.emission += point.emission;
         }
+        let whole = groups.len() == 1 && groups[0].rays == count;
+        if self.image.class(x, y) != PixelClass::Complex && (whole || groups.is_empty()) {
+            return (None, 0);
+        }
         let mut colour = Vec3::ZERO;
         let mut shaded = 0;
         for group in &groups {
@@ -203,17 +233,34 @@ impl Painter<'_> {
             );
             colour += mean * (rays / count as f32);
         }
-        (colour, shaded)
+        (Some(colour), shaded)
+    }
+
+    /// Do a few rays through the pixel see another surface than the one through its centre?
+    fn is_mixed(&self, x: u32, y: u32, statistics: &mut Statistics) -> bool {
+        let centre = &self.seen[y as usize * self.shaded.viewport.width as usize + x as usize];
+        (0..DETAIL).any(|index| {
+            statistics.primary_rays += 1;
+            match self.look(x, y, subpixel(DETAIL, index)) {
+                Some(point) => !Seen::new(&point).is_near(centre),
+                None => centre.is_hit(),
+            }
+        })
     }
 
     /// Light on a surface as pixels around that are not complex have it; `None` if none of them sees that surface.
     fn light_around(&self, x: u32, y: u32, surface: &Seen) -> Option<Vec3A> {
         let (width, height) = self.image.size();
+        let own = y as usize * width as usize + x as usize;
+        if self.image.class(x, y) != PixelClass::Complex && self.seen[own].is_near(surface) {
+            return Some(self.light[own]);
+        }
         let (mut sum, mut weights) = (Vec3A::ZERO, 0.0);
         for v in y.saturating_sub(REACH)..(y + REACH + 1).min(height) {
             for u in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
                 let index = v as usize * width as usize + u as usize;
-                if self.image.class(u, v) != PixelClass::Complex && self.seen[index].is_near(surface) {
+                let known = index != own && self.image.class(u, v) != PixelClass::Complex;
+                if known && self.seen[index].is_near(surface) {
                     let weight = 1.0 / (u.abs_diff(x).pow(2) + v.abs_diff(y).pow(2)) as f32;
                     sum += self.light[index] * weight;
                     weights += weight;
