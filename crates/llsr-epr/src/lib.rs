@@ -18,5 +18,6 @@ pub use pool::{
     Harvest, Lockstep, Overflow, PoolCounts, PoolSettings, PoolStatus, ShaderPool, shade_lockstep,
 };
 pub use still::{
-    Still, StillCounts, StillError, StillLayer, StillSettings, render_still, still_steps, view_edges,
+    Still, StillCounts, StillError, StillLayer, StillSettings, narrow_shadow_edges, render_still,
+    still_steps, view_edges,
 };

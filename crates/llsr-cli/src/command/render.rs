@@ -216,6 +216,7 @@ fn still_json(still: &StillSettings, counts: &StillCounts) -> Value {
         "density": still.density,
         "rounds": still.rounds,
         "edge_segments": counts.segments,
+        "shadow_segments": counts.shadow_segments,
         "pixels": { "empty": counts.empty, "simple": counts.simple, "complex": counts.complex },
         "shaded": counts.rounds,
         "regions_missed": counts.regions_missed,

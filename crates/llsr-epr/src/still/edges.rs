@@ -11,6 +11,11 @@ use llsr_scene::{Camera, Scene, Viewport};
 /// on has none. Cost: O(n log n) in the edges of the meshes.
 pub fn view_edges(scene: &Scene, camera: &Camera, viewport: Viewport, crease_degrees: f64) -> Vec<[Vec3; 2]> {
     let edges = SceneEdges::new(scene, &SceneEdgeOptions::with_crease_degrees(crease_degrees));
+    segments(&edges, camera, viewport)
+}
+
+/// The same of edges that are there already.
+pub(crate) fn segments(edges: &SceneEdges, camera: &Camera, viewport: Viewport) -> Vec<[Vec3; 2]> {
     let mut found = SceneFound::default();
     let view = SceneView::Picture { camera, viewport };
     edges.find(view, None, &mut SceneScratch::default(), &mut found);

@@ -3,12 +3,14 @@
 mod edges;
 mod paint;
 mod sample;
+mod shadows;
 mod spread;
 mod surface;
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::{Vec3, Vec3A};
+use llsr_edges::{SceneEdgeOptions, SceneEdges};
 use llsr_epi::{EdgeList, EdgePointImage, Occlusion, Picture, PixelClass, Point, SizeError};
 use llsr_scene::{Camera, Projection, Scene, Viewport, luminance};
 use llsr_shading::{DirectLight, Film, Settings, Statistics};
@@ -16,6 +18,7 @@ use llsr_tracer::Tracer;
 use rayon::prelude::*;
 
 pub use edges::view_edges;
+pub use shadows::narrow_shadow_edges;
 
 use crate::still::paint::Painter;
 use crate::still::sample::{Choice, Shaded};
@@ -30,8 +33,8 @@ pub enum StillLayer {
     /// `reach.Y`: the 24-bit mask of neighbours that a pixel reaches, as a number (see
     /// [`EdgePointImage::reach_mask`]).
     Reach,
-    /// `samples.Y`: the round (from 1) in which the pixel was shaded, 0 if it was interpolated; a complex pixel has the
-    /// negative number of its shaded subsamples.
+    /// `samples.Y`: the round (from 1) in which the pixel was shaded, 0 if it was interpolated; the negative number of
+    /// subsamples shaded where surfaces mix in a pixel that no round shaded.
     Samples,
     /// `irradiance.Y`: luminance of the irradiance from all lights.
     Irradiance,
@@ -88,6 +91,9 @@ pub struct StillSettings {
     pub complex_samples: u32,
     /// Angle between the normals of two faces (degrees) above which their common edge counts.
     pub crease_degrees: f64,
+    /// Whether shadow edges are sought where penumbrae take less than three pixels. They follow from what the samples of the
+    /// first round met.
+    pub shadow_edges: bool,
     /// Whether samples stop at edges; without, they spread over everything, for comparison.
     pub edges: bool,
     /// How surface points are shaded; rays a pixel, refinement and layers are not looked at.
@@ -103,6 +109,7 @@ impl Default for StillSettings {
             rounds: 3,
             complex_samples: 16,
             crease_degrees: 30.0,
+            shadow_edges: true,
             edges: true,
             shading: Settings::default(),
             layers: Vec::new(),
@@ -115,6 +122,8 @@ impl Default for StillSettings {
 pub struct StillCounts {
     /// Segments of edges before clipping and hiding.
     pub segments: usize,
+    /// Those of them that are edges of shadows.
+    pub shadow_segments: usize,
     /// Pixels without an edge.
     pub empty: usize,
     /// Pixels with one edge.
@@ -165,7 +174,8 @@ impl std::error::Error for StillError {}
 
 /// How often [`render_still`] calls its progress function at most.
 pub fn still_steps(viewport: Viewport, rounds: u32) -> u64 {
-    u64::from(viewport.height) + sample::CHUNKS as u64 * u64::from(rounds) + 2 * u64::from(viewport.height)
+    // One round more for the regions that shadow edges cut off.
+    3 * u64::from(viewport.height) + sample::CHUNKS as u64 * (u64::from(rounds) + 1)
 }
 
 /// Makes a picture from a few shaded pixels and the edges between them (BWG03, sections 4 and 5, for stills), with the
@@ -198,15 +208,14 @@ pub fn render_still(
 
     let seen = look_everywhere(scene, tracer, camera, viewport, progress).ok_or(StillError::Interrupted)?;
     statistics.primary_rays += seen.len() as u64;
-    let mut segments = view_edges(scene, camera, viewport, settings.crease_degrees);
+    let scene_edges = SceneEdges::new(
+        scene,
+        &SceneEdgeOptions::with_crease_degrees(settings.crease_degrees),
+    );
+    let mut segments = edges::segments(&scene_edges, camera, viewport);
     segments.extend_from_slice(shadow_edges);
-    counts.segments = segments.len();
     draw_edges(&mut image, camera, viewport, &seen, &segments);
-    let classes = image.class_counts();
-    (counts.empty, counts.simple, counts.complex) = (classes.empty, classes.simple, classes.complex);
-
     let links = link(&image, &seen, settings.edges);
-    let doubtful = doubt(&image, &seen);
     let direct = DirectLight::new(scene, tracer, &settings.shading);
     let shaded = Shaded {
         scene,
@@ -217,20 +226,49 @@ pub fn render_still(
         glossy: settings.shading.glossy,
     };
     let mut choice = Choice::new(&image, &seen, links, settings);
+    let mut shadowed = vec![false; seen.len()];
     for round in 0..settings.rounds.max(1) {
         let pixels = choice.next(round, &seen, &mut counts);
+        let mut met = Vec::new();
+        let triples = (round == 0 && settings.shadow_edges).then_some(&mut met);
         let light = shaded
-            .pixels(&pixels, progress, &mut statistics)
+            .pixels(&pixels, triples, progress, &mut statistics)
             .ok_or(StillError::Interrupted)?;
         choice.take(round, &pixels, &light);
         counts.rounds.push(pixels.len());
+        // What the first samples met says which shadows there are.
+        let shadows = narrow_shadow_edges(scene, &scene_edges, met, camera, viewport);
+        if shadows.is_empty() {
+            continue;
+        }
+        counts.shadow_segments = shadows.len();
+        draw_edges(&mut image, camera, viewport, &seen, &shadows);
+        for (index, shadowed) in shadowed.iter_mut().enumerate() {
+            let (x, y) = (index as u32 % width, index as u32 / width);
+            *shadowed = image.class(x, y) != PixelClass::Empty;
+        }
+        segments.extend_from_slice(&shadows);
+        draw_edges(&mut image, camera, viewport, &seen, &segments);
+        choice.relink(&image, &seen, link(&image, &seen, settings.edges));
+        let missed = choice.missed(&mut counts);
+        let light = shaded
+            .pixels(&missed, None, progress, &mut statistics)
+            .ok_or(StillError::Interrupted)?;
+        choice.take(round, &missed, &light);
+        counts.rounds[round as usize] += missed.len();
     }
+    choice.finish();
+    counts.segments = segments.len();
+    let classes = image.class_counts();
+    (counts.empty, counts.simple, counts.complex) = (classes.empty, classes.simple, classes.complex);
+    let doubtful = doubt(&image, &seen);
 
     let mut picture = Picture::new(width, height);
     let mut painter = Painter {
         shaded: &shaded,
         image: &image,
         seen: &seen,
+        shadowed: &shadowed,
         light: &choice.light,
         complex_samples: settings.complex_samples.max(1),
         progress,
@@ -244,6 +282,7 @@ pub fn render_still(
         shaded: &shaded,
         image: &image,
         seen: &seen,
+        shadowed: &shadowed,
         light: &choice.light,
         complex_samples: settings.complex_samples.max(1),
         progress,
@@ -403,7 +442,10 @@ fn develop(
             };
             if layer == StillLayer::Samples {
                 for &(x, y, shaded) in complex {
-                    values[y as usize * width as usize + x as usize] = -(shaded as f32);
+                    let value = &mut values[y as usize * width as usize + x as usize];
+                    if *value == 0.0 {
+                        *value = -(shaded as f32);
+                    }
                 }
             }
             channels.push(((*name).to_owned(), values));

@@ -12,6 +12,8 @@ use crate::still::{StillCounts, radiance};
 
 /// Rays through a pixel around which the albedo changes.
 const DETAIL: u32 = 4;
+/// In complex pixels with a shadow's edge one of so many rays is shaded.
+const IN_SHADOW: u32 = 4;
 /// Relative difference between neighbours from which the albedo is said to change.
 const CHANGE: f32 = 0.05;
 /// Pixels to each side in which a complex pixel looks for light on its surfaces before it shades them itself.
@@ -21,6 +23,8 @@ pub(crate) struct Painter<'a> {
     pub(crate) shaded: &'a Shaded<'a>,
     pub(crate) image: &'a EdgePointImage,
     pub(crate) seen: &'a [Seen],
+    /// Pixels with a narrow shadow's edge.
+    pub(crate) shadowed: &'a [bool],
     pub(crate) light: &'a [Vec3A],
     pub(crate) complex_samples: u32,
     pub(crate) progress: &'a (dyn Fn() -> bool + Sync),
@@ -178,12 +182,27 @@ impl Painter<'_> {
             rays: u32,
             albedo: Vec3,
             emission: Vec3,
+            /// Sum of the light shaded for it, and number of points.
+            light: Vec3A,
+            shaded: u32,
         }
         let mut groups: Vec<Group> = Vec::new();
         let count = self.complex_samples;
         if self.image.class(x, y) == PixelClass::Empty && !self.is_mixed(x, y, statistics) {
             return (None, 0);
         }
+        let index = y as usize * self.shaded.viewport.width as usize + x as usize;
+        let shade = |point: &SurfacePoint, subsample: u32, brush: &mut Brush, statistics: &mut Statistics| {
+            let at = Pixel {
+                x,
+                y,
+                index: index as u64,
+                subsample,
+            };
+            self.shaded.light(point, at, brush, None, statistics)
+        };
+        // Where light jumps inside the pixel its neighbours know too little.
+        let dense = self.shadowed[index] && self.image.class(x, y) == PixelClass::Complex;
         for subsample in 0..count {
             statistics.primary_rays += 1;
             let Some(point) = self.look(x, y, subpixel(count, subsample)) else {
@@ -199,10 +218,16 @@ impl Painter<'_> {
                     rays: 0,
                     albedo: Vec3::ZERO,
                     emission: Vec3::ZERO,
+                    light: Vec3A::ZERO,
+                    shaded: 0,
                 });
                 groups.len() - 1
             });
             let group = &mut groups[number];
+            if dense && subsample % IN_SHADOW == 0 {
+                group.light += shade(&point, subsample, brush, statistics);
+                group.shaded += 1;
+            }
             group.rays += 1;
             group.albedo += point.albedo;
             group.emission += point.emission;
@@ -215,16 +240,15 @@ impl Painter<'_> {
         let mut shaded = 0;
         for group in &groups {
             let rays = group.rays as f32;
-            let light = self.light_around(x, y, &group.seen).unwrap_or_else(|| {
-                shaded += 1;
-                let at = Pixel {
-                    x,
-                    y,
-                    index: u64::from(y) * u64::from(self.shaded.viewport.width) + u64::from(x),
-                    subsample: group.subsample,
-                };
-                self.shaded.light(&group.point, at, brush, statistics)
-            });
+            shaded += group.shaded;
+            let light = if group.shaded > 0 {
+                group.light / group.shaded as f32
+            } else {
+                self.light_around(x, y, &group.seen).unwrap_or_else(|| {
+                    shaded += 1;
+                    shade(&group.point, group.subsample, brush, statistics)
+                })
+            };
             let mean = radiance(
                 group.albedo / rays,
                 group.emission / rays,

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3A};
 use llsr_epi::{EdgePointImage, PixelClass};
 use llsr_quadrature::{DitherMask, MetalRough};
 use llsr_render_cache::{Chooser, Priorities};
-use llsr_scene::{Camera, Scene, Viewport, luminance};
-use llsr_shading::{DirectLight, LightState, Pixel, Scratch, Statistics, SurfacePoint};
+use llsr_scene::{Camera, LightId, ObjectId, Scene, Triple, Viewport, luminance};
+use llsr_shading::{DirectLight, LightAnswer, LightState, Pixel, Scratch, Statistics, SurfacePoint};
 use llsr_tracer::Tracer;
 use rayon::prelude::*;
 
@@ -23,6 +23,7 @@ const STEPS: (usize, usize) = (12, 40);
 pub(crate) struct Brush {
     states: Vec<LightState>,
     scratch: Scratch,
+    blockers: Vec<ObjectId>,
 }
 
 /// Shades surface points.
@@ -36,12 +37,14 @@ pub(crate) struct Shaded<'a> {
 }
 
 impl Shaded<'_> {
-    /// What arrives at a point, to be interpolated: irradiance; with glossy surfaces reflected radiance.
+    /// What arrives at a point, to be interpolated: irradiance; with glossy surfaces reflected radiance. With `triples`, notes who
+    /// hides which light from it.
     pub(crate) fn light(
         &self,
         point: &SurfacePoint,
         at: Pixel,
         brush: &mut Brush,
+        triples: Option<&mut Vec<Triple>>,
         statistics: &mut Statistics,
     ) -> Vec3A {
         let material = &self.scene.materials[point.material.index()];
@@ -51,28 +54,55 @@ impl Shaded<'_> {
             roughness: f64::from(material.roughness),
         };
         let mut sum = DVec3::ZERO;
-        let Brush { states, scratch } = brush;
-        self.direct
-            .shade_point(point, at, states, scratch, statistics, |light, answer| {
-                let colour = self.scene.lights[light.index()].color().as_dvec3();
-                sum += if self.glossy {
-                    colour * reflection.radiance(&answer.lobes)
-                } else {
-                    colour * answer.irradiance
-                };
-            });
+        let Brush {
+            states,
+            scratch,
+            blockers,
+        } = brush;
+        let mut add = |light: LightId, answer: &LightAnswer| {
+            let colour = self.scene.lights[light.index()].color().as_dvec3();
+            sum += if self.glossy {
+                colour * reflection.radiance(&answer.lobes)
+            } else {
+                colour * answer.irradiance
+            };
+        };
+        match triples {
+            None => self
+                .direct
+                .shade_point(point, at, states, scratch, statistics, add),
+            Some(triples) => self.direct.shade_point_and_blockers(
+                point,
+                at,
+                states,
+                scratch,
+                statistics,
+                blockers,
+                |light, answer, blockers| {
+                    add(light, answer);
+                    triples.extend(blockers.iter().map(|&blocker| Triple {
+                        light,
+                        blocker,
+                        receiver: point.object,
+                    }));
+                },
+            ),
+        }
         sum.as_vec3a()
     }
 
-    /// The light at the centres of some pixels; `None` if `progress` asked to stop.
+    /// The light at the centres of some pixels; `None` if `progress` asked to stop. Lists each triple met once, in order.
     pub(crate) fn pixels(
         &self,
         pixels: &[u32],
+        triples: Option<&mut Vec<Triple>>,
         progress: &(dyn Fn() -> bool + Sync),
         statistics: &mut Statistics,
     ) -> Option<Vec<Vec3A>> {
+        let meet = triples.is_some();
         let part = |brush: &mut Brush, pixels: &[u32]| {
             let mut counts = Statistics::default();
+            let mut met = Vec::new();
             let light: Vec<Vec3A> = pixels
                 .iter()
                 .map(|&index| {
@@ -85,18 +115,32 @@ impl Shaded<'_> {
                         index: u64::from(index),
                         subsample: 0,
                     };
-                    look(self.scene, self.tracer, self.camera, self.viewport, u, v)
-                        .map_or(Vec3A::ZERO, |point| self.light(&point, at, brush, &mut counts))
+                    look(self.scene, self.tracer, self.camera, self.viewport, u, v).map_or(
+                        Vec3A::ZERO,
+                        |point| {
+                            let triples = meet.then_some(&mut met);
+                            self.light(&point, at, brush, triples, &mut counts)
+                        },
+                    )
                 })
                 .collect();
-            progress().then_some((light, counts))
+            met.sort_unstable();
+            met.dedup();
+            progress().then_some((light, met, counts))
         };
         let length = pixels.len().div_ceil(CHUNKS).max(1);
         let parts: Option<Vec<_>> = pixels.par_chunks(length).map_init(Brush::default, part).collect();
         let mut all = Vec::with_capacity(pixels.len());
-        for (light, counts) in parts? {
+        let mut all_met = Vec::new();
+        for (light, met, counts) in parts? {
             all.extend(light);
+            all_met.extend(met);
             statistics.add(&counts);
+        }
+        if let Some(triples) = triples {
+            all_met.sort_unstable();
+            all_met.dedup();
+            *triples = all_met;
         }
         Some(all)
     }
@@ -124,13 +168,7 @@ pub(crate) struct Choice {
 impl Choice {
     pub(crate) fn new(image: &EdgePointImage, seen: &[Seen], links: Links, settings: &StillSettings) -> Self {
         let (width, height) = image.size();
-        let at = |index: usize| (index as u32 % width, index as u32 / width);
-        let candidate: Vec<bool> = (0..seen.len())
-            .map(|index| {
-                let (x, y) = at(index);
-                seen[index].is_hit() && image.class(x, y) != PixelClass::Complex
-            })
-            .collect();
+        let candidate = candidates(image, seen);
         let fixed = seen.iter().map(|seen| !seen.is_hit()).collect();
         Self {
             width,
@@ -176,13 +214,29 @@ impl Choice {
             .filter(|&index| chosen(index))
             .map(|index| index as u32)
             .collect();
+        pixels.extend(self.unreached(pixels.iter().copied(), counts));
+        pixels.sort_unstable();
+        pixels
+    }
+
+    /// The middle of each region that no sample reaches, in scan order.
+    pub(crate) fn missed(&self, counts: &mut StillCounts) -> Vec<u32> {
+        let known = (0..self.fixed.len()).filter(|&index| self.fixed[index]);
+        let mut pixels = self.unreached(known.map(|index| index as u32), counts);
+        pixels.sort_unstable();
+        pixels
+    }
+
+    /// The middle of each region that is not reached from `known`.
+    fn unreached(&self, known: impl Iterator<Item = u32>, counts: &mut StillCounts) -> Vec<u32> {
         let mut reached = vec![false; self.candidate.len()];
         let mut region = Vec::new();
-        for &index in &pixels {
+        for index in known {
             if !reached[index as usize] {
                 self.links.flood(index as usize, &mut reached, &mut region);
             }
         }
+        let mut pixels = Vec::new();
         for index in 0..self.candidate.len() {
             if self.candidate[index] && !reached[index] {
                 self.links.flood(index, &mut reached, &mut region);
@@ -193,8 +247,13 @@ impl Choice {
                 }
             }
         }
-        pixels.sort_unstable();
         pixels
+    }
+
+    /// Goes on with further edges. What is known stays known.
+    pub(crate) fn relink(&mut self, image: &EdgePointImage, seen: &[Seen], links: Links) {
+        self.links = links;
+        self.candidate = candidates(image, seen);
     }
 
     /// Pixels far from samples and where the picture so far changes.
@@ -248,7 +307,7 @@ impl Choice {
         pixels
     }
 
-    /// Takes the light of the pixels of a round; after the last, spreads all light.
+    /// Takes the light of the pixels of a round.
     pub(crate) fn take(&mut self, round: u32, pixels: &[u32], light: &[Vec3A]) {
         for (&index, &light) in pixels.iter().zip(light) {
             self.light[index as usize] = light;
@@ -256,11 +315,13 @@ impl Choice {
             self.rounds[index as usize] = (round + 1).min(255) as u8;
         }
         self.taken += pixels.len();
-        if round + 1 == self.count {
-            let spacing = self.spacing();
-            self.links.fill(&mut self.light, &self.fixed);
-            self.links.relax(&mut self.light, &self.fixed, spacing, STEPS.1);
-        }
+    }
+
+    /// Spreads all light; after the last round.
+    pub(crate) fn finish(&mut self) {
+        let spacing = self.spacing();
+        self.links.fill(&mut self.light, &self.fixed);
+        self.links.relax(&mut self.light, &self.fixed, spacing, STEPS.1);
     }
 
     /// Typical distance between samples (pixels).
@@ -268,6 +329,16 @@ impl Choice {
         let candidates = self.candidate.iter().filter(|&&is| is).count();
         (candidates as f32 / self.taken.max(1) as f32).sqrt()
     }
+}
+
+/// The pixels that may be shaded.
+fn candidates(image: &EdgePointImage, seen: &[Seen]) -> Vec<bool> {
+    let (width, _) = image.size();
+    let pixel = |index: usize| {
+        let (x, y) = (index as u32 % width, index as u32 / width);
+        seen[index].is_hit() && image.class(x, y) != PixelClass::Complex
+    };
+    (0..seen.len()).map(pixel).collect()
 }
 
 /// Need of a pixel one step from a sample where nothing changes, as a contrast between neighbours.

@@ -1,0 +1,123 @@
+//! Shadow edges that a picture needs: where light jumps within a few pixels.
+//!
+//! Far from what casts it the shadow of a tube is so soft that samples describe it well; near the contact it hardens
+//! (BWG03 section 6.3 and figure 9) until it is a jump. Only there edges keep samples apart.
+
+use glam::{DVec3, Vec3};
+use llsr_edges::{SceneEdges, ShadowEdge, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene, ShadowSource};
+use llsr_scene::{Camera, LightId, Projection, Scene, Triple, Viewport};
+
+/// A shadow edge counts if its penumbra is narrower than this, in pixels.
+const NARROW: f64 = 3.0;
+/// Lights that together give less than this share of the light at an edge have no shadow edges there.
+const UNIMPORTANT: f64 = 0.05;
+
+/// The shadow edges (m, recentred frame) of `triples` that are narrow as `camera` sees them: their penumbra takes less than three
+/// pixels. `edges` are those of the scene.
+///
+/// Left out are edges outside the picture, on sides of surfaces that face away from the camera, and of lights that together give less than
+/// 5% of the light there. Edges hidden behind something are among them. Cost: that of [`ShadowEdges::compute`] and, for each
+/// edge, a look at all lights.
+pub fn narrow_shadow_edges(
+    scene: &Scene,
+    edges: &SceneEdges,
+    triples: Vec<Triple>,
+    camera: &Camera,
+    viewport: Viewport,
+) -> Vec<[Vec3; 2]> {
+    if triples.is_empty() {
+        return Vec::new();
+    }
+    let (prepared, _) =
+        ShadowScene::with_edges(scene, ShadowOptions::default(), |mesh, _| edges.shared_mesh(mesh));
+    let mut shadows = ShadowEdges::compute(&prepared, triples);
+    if scene.lights.len() > 1 {
+        shadows.drop_unimportant(&prepared, UNIMPORTANT, |light, point, normal| {
+            unoccluded(scene, light, point, normal)
+        });
+    }
+    let narrow = |edge: &&ShadowEdge| {
+        edge.kind == ShadowKind::Hard
+            || width(scene, &prepared, edge).is_none_or(|width| {
+                pixel(camera, viewport, middle(edge)).is_some_and(|pixel| width < NARROW * pixel)
+            })
+    };
+    let seen = |edge: &&ShadowEdge| faces(scene, &prepared, edge, camera).unwrap_or(true);
+    let kept = shadows.iter().filter(narrow).filter(seen);
+    kept.map(|edge| edge.segment).collect()
+}
+
+/// Does the camera look at the side of the receiver on which the light falls?
+fn faces(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge, camera: &Camera) -> Option<bool> {
+    let receiver = edge.triple.receiver;
+    let mesh = prepared.object(receiver)?.mesh().edges();
+    let transform = &scene.objects.get(receiver.index())?.transform;
+    let corners = mesh.corners(edge.face);
+    let [a, b, c] = corners.map(|p| transform.transform_point3(p.as_vec3()).as_dvec3());
+    let normal = (b - a).cross(c - a);
+    let lights = prepared.light(edge.triple.light)?.corners();
+    let to_viewer = match camera.projection {
+        Projection::Perspective(_) => camera.position - a,
+        Projection::Orthographic { .. } => -camera.forward(),
+    };
+    Some(
+        lights
+            .iter()
+            .any(|light| normal.dot(*light - a) * normal.dot(to_viewer) > 0.0),
+    )
+}
+
+fn middle(edge: &ShadowEdge) -> DVec3 {
+    let [a, b] = edge.segment.map(|p| p.as_dvec3());
+    0.5 * (a + b)
+}
+
+/// At most so wide (m) is the penumbra at an edge: the light seen through a hole in the blocker. `None` if what casts it is not known.
+fn width(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge) -> Option<f64> {
+    let at = middle(edge);
+    let blocker = edge.triple.blocker;
+    let mesh = prepared.object(blocker)?.mesh().edges();
+    let transform = &scene.objects.get(blocker.index())?.transform;
+    let [a, b] = match edge.source {
+        ShadowSource::Edge { edge, .. } => mesh.segment(edge),
+        ShadowSource::Vertex { vertex, .. } => [*mesh.positions().get(vertex as usize)?; 2],
+    }
+    .map(|p| transform.transform_point3(p).as_dvec3());
+    let along = b - a;
+    let t = (at - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+    let near = at.distance(a + along * t.clamp(0.0, 1.0));
+    let corners = prepared.light(edge.triple.light)?.corners();
+    let extent = corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f64::max);
+    let far = corners.iter().map(|c| c.distance(at)).fold(f64::MAX, f64::min);
+    Some(extent * near / (far - near).max(1e-6 * far))
+}
+
+/// The size of a pixel (m) at a point; `None` outside the picture.
+fn pixel(camera: &Camera, viewport: Viewport, point: DVec3) -> Option<f64> {
+    let (x, y, _) = camera.project(viewport, point)?;
+    let inside = x >= -1.0
+        && y >= -1.0
+        && x <= f64::from(viewport.width) + 1.0
+        && y <= f64::from(viewport.height) + 1.0;
+    if !inside {
+        return None;
+    }
+    let beside = |dx: f64| {
+        let (origin, direction) = camera.ray(viewport, x + dx, y);
+        origin + direction * (point - origin).length()
+    };
+    Some(beside(-0.5).distance(beside(0.5)))
+}
+
+/// Roughly what a point receives of a light that nothing hides: from three places of it, as if each shone alike into all
+/// directions.
+fn unoccluded(scene: &Scene, light: LightId, point: DVec3, normal: DVec3) -> f64 {
+    let light = &scene.lights[light.index()];
+    let (a, b) = light.ends();
+    let from = |place: DVec3| {
+        let to = place - point;
+        let square = to.length_squared();
+        normal.dot(to).max(0.0) / (square * square.sqrt())
+    };
+    light.flux() * [a, 0.5 * (a + b), b].map(from).iter().sum::<f64>()
+}
