@@ -28,6 +28,8 @@ impl Screen {
     pub(crate) fn start(folder: &Path) -> Result<Self, String> {
         let mut server = Command::new("Xvfb")
             .args([
+                // A server that resets when its last window closes loses the next program.
+                "-noreset",
                 "-displayfd",
                 "1",
                 "-screen",
