@@ -227,7 +227,12 @@ impl<'a> View<'a> {
     fn end(&mut self, how: End) -> Result<(), String> {
         match how {
             End::Escape => self.key("Escape")?,
-            End::CloseButton => self.screen.close(&self.window)?,
+            End::CloseButton => {
+                if !self.screen.close(&self.window) {
+                    println!("   this xdotool cannot press the close button; Escape instead");
+                    self.key("Escape")?;
+                }
+            }
             End::Interrupt => {
                 let id = self.child.id().to_string();
                 run(Command::new("kill").args(["-INT", &id]))?;
