@@ -40,6 +40,7 @@ mod keys;
 mod movable;
 mod overlay;
 mod pace;
+mod ration;
 mod record;
 mod rig;
 mod settings;

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 /// Frames that count.
 const FRAMES: usize = 60;
-/// Requests may wait about that long (s): longer and they belong to a view that is gone.
+/// Requests may wait about that long (s), or so many frames if that is longer: beyond it they belong to a view that is gone.
 const WAIT: f64 = 0.1;
+const WAIT_FRAMES: f64 = 2.0;
 /// Requests that may wait however slow the shader is.
 const LEAST_WAITING: usize = 64;
 
@@ -36,6 +37,12 @@ impl FrameTimes {
             }
             _ => 0.0,
         }
+    }
+
+    /// Seconds between the last frames.
+    pub(crate) fn interval(&self) -> f64 {
+        let rate = self.per_second();
+        if rate > 0.0 { rate.recip() } else { 0.0 }
     }
 
     /// Median time of the display thread (ms).
@@ -78,15 +85,19 @@ impl Budget {
         self.rate
     }
 
-    /// How many to ask for if at most `samples` are wanted and `waiting` wait already.
-    pub(crate) fn ask(&self, samples: usize, waiting: usize) -> usize {
+    /// How many to ask for if at most `samples` are wanted, `waiting` wait already, and frames are `interval` seconds apart.
+    pub(crate) fn ask(&self, samples: usize, waiting: usize, interval: f64) -> usize {
         // As long as nothing is known, what is wanted.
-        let room = if self.rate > 0.0 {
-            ((self.rate * WAIT) as usize).max(LEAST_WAITING)
+        let mut room = if self.rate > 0.0 {
+            (self.rate * WAIT.max(WAIT_FRAMES * interval)) as usize
         } else {
             samples
         };
-        samples.min(room.saturating_sub(waiting))
+        if waiting == 0 {
+            // The shader had nothing to do: it may be faster than it seems.
+            room *= 2;
+        }
+        samples.min(room.max(LEAST_WAITING).saturating_sub(waiting))
     }
 }
 
@@ -114,16 +125,36 @@ mod tests {
     fn a_slow_shader_is_asked_for_what_it_can_do() {
         let mut budget = Budget::default();
         let start = Instant::now();
-        assert_eq!(budget.ask(4000, 0), 4000, "nothing is known yet");
+        assert_eq!(budget.ask(4000, 0, 0.02), 4000, "nothing is known yet");
         for i in 0..40u64 {
             // 2000 a second.
             budget.watch(start + Duration::from_millis(50 * i), 100 * i);
         }
         assert!((budget.rate() - 2000.0).abs() < 1.0, "{}", budget.rate());
-        assert_eq!(budget.ask(4000, 0), 200, "a tenth of a second's worth");
-        assert_eq!(budget.ask(4000, 150), 50, "less what waits");
-        assert_eq!(budget.ask(4000, 500), 0, "enough waits");
-        assert_eq!(budget.ask(10, 0), 10, "not more than wanted");
+        assert_eq!(
+            budget.ask(4000, 1, 0.02),
+            199,
+            "a tenth of a second's worth, less what waits"
+        );
+        assert_eq!(budget.ask(4000, 150, 0.02), 50, "less what waits");
+        assert_eq!(budget.ask(4000, 500, 0.02), 0, "enough waits");
+        assert_eq!(budget.ask(10, 1, 0.02), 10, "not more than wanted");
+        assert_eq!(budget.ask(4000, 1, 0.2), 799, "two slow frames' worth");
+    }
+
+    #[test]
+    fn a_fast_shader_beside_a_slow_display_is_kept_busy() {
+        // A display of five frames a second, a shader of 10,000 points a second that was slow once.
+        let mut budget = Budget::default();
+        let start = Instant::now();
+        let mut shaded = 0;
+        budget.watch(start, 0);
+        for frame in 1..=100u64 {
+            let asked = budget.ask(4000, 0, 0.2);
+            shaded += if frame < 10 { 10 } else { asked.min(2000) as u64 };
+            budget.watch(start + Duration::from_millis(200 * frame), shaded);
+        }
+        assert!(budget.rate() > 9000.0, "{} points a second", budget.rate());
     }
 
     #[test]
@@ -133,6 +164,6 @@ mod tests {
         for i in 0..200u64 {
             budget.watch(start + Duration::from_millis(100 * i), 500.min(100 * i));
         }
-        assert!(budget.ask(4000, 0) >= LEAST_WAITING, "a few");
+        assert!(budget.ask(4000, 0, 0.02) >= LEAST_WAITING, "a few");
     }
 }

@@ -21,6 +21,7 @@ use crate::grip::Grip;
 use crate::jobs::{Job, Trace, Traced, trace_picture};
 use crate::keys::Flight;
 use crate::pace::{Budget, FrameTimes};
+use crate::ration::Ration;
 use crate::record::Recorder;
 use crate::rig::{Rig, Steering};
 use crate::settings::{ShaderChoice, ViewError, ViewReport, ViewSettings};
@@ -31,6 +32,8 @@ const WARM_UP: Duration = Duration::from_millis(300);
 const WARM_UP_SHARE: usize = 16;
 /// Requests shaded between two looks at the clock, as many again each time.
 const WARM_UP_CHUNK: usize = 256;
+/// For so long after the last input the display has priority over new shadows.
+const BUSY: Duration = Duration::from_millis(700);
 /// Longest time that one frame may stand for (s): after a pause one does not fly through a wall.
 const LONGEST_STEP: f64 = 0.1;
 /// How long a pool that is no longer wanted may hold up the display.
@@ -88,6 +91,11 @@ pub struct Engine {
     chosen: usize,
     pool: ShaderPool,
     harvest: Harvest,
+    /// Shadows that the display does not know of yet, and the portion for this frame.
+    shadows: Ration,
+    portion: Encounters,
+    /// When the user moved something or the camera last.
+    touched: Instant,
     budget: Budget,
     samples: usize,
     shown: Shown,
@@ -153,6 +161,9 @@ impl Engine {
             chosen: 0,
             pool,
             harvest: Harvest::default(),
+            shadows: Ration::default(),
+            portion: Encounters::default(),
+            touched: Instant::now(),
             budget: Budget::default(),
             samples: settings.samples.max(1),
             shown: Shown {
@@ -253,7 +264,8 @@ impl Engine {
         let ask = if self.shown.ray_trace {
             0
         } else {
-            self.budget.ask(self.samples, status.waiting)
+            self.budget
+                .ask(self.samples, status.waiting, self.times.interval())
         };
         self.renderer.draw(self.rig.camera(), ask);
         self.pool.submit(self.renderer.requests());
@@ -270,7 +282,13 @@ impl Engine {
     /// Takes in what the shaders answered. What was shaded before something moved is left out: it may be wrong.
     fn take_points(&mut self, now: Instant) {
         self.pool.collect(&mut self.harvest);
-        self.renderer.take(&self.harvest.fresh, &self.harvest.met);
+        self.shadows.meet(&self.harvest.met.triples);
+        let last = self.renderer.report();
+        self.shadows.took(last.shadow_pairs, last.ms.edges);
+        let busy = now.duration_since(self.touched) < BUSY;
+        self.shadows.next(busy, &mut self.portion.triples);
+        self.portion.objects.clone_from(&self.harvest.met.objects);
+        self.renderer.take(&self.harvest.fresh, &self.portion);
         self.budget.watch(now, self.pool.status().counts.shaded);
     }
 
@@ -346,6 +364,8 @@ impl Engine {
             rest = later;
             chunk += WARM_UP_CHUNK;
         }
+        self.shadows.meet(&met.triples);
+        met.triples.clear();
         self.renderer.take(&points, &met);
         self.report.samples += points.len() as u64;
     }

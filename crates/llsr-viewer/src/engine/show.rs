@@ -134,9 +134,13 @@ impl Engine {
                 self.budget.rate() / 1e3
             ),
             format!(
-                "samples in {:.0}% of the pixels, {} wait",
+                "samples in {:.0}% of the pixels, {} wait{}",
                 percent(frame.points.occupied),
-                status.waiting
+                status.waiting,
+                match self.shadows.pairs_waiting() {
+                    0 => String::new(),
+                    pairs => format!("; {pairs} shadows to find"),
+                }
             ),
         ]
         .into_iter()

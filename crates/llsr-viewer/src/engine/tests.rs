@@ -292,10 +292,11 @@ fn every_switch_changes_the_picture_and_back() {
     settle(&mut engine);
     // No new samples: the same points, shown in other ways.
     let samples = std::mem::replace(&mut engine.samples, 0);
-    // New shadows are looked for every few frames only.
-    for _ in 0..24 {
+    // Shadows that were met come in portions.
+    for _ in 0..30 {
         engine.frame(0.0);
     }
+    assert_eq!(engine.shadows.pairs_waiting(), 0, "all shadows are found");
     let before = engine.canvas().clone();
     for (code, least) in [
         ("KeyG", 40),
