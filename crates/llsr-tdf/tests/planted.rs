@@ -140,7 +140,13 @@ proptest! {
                     let is_same = |found: &&Change| {
                         (found.t - change.t).abs() <= cell + 1e-15 && found.visible_above == change.visible_above
                     };
-                    prop_assert_eq!(found.iter().filter(is_same).count(), 1, "{:?} in {:?}", change, found);
+                    // Others of the kind may lie within the tolerance, too, each to be found once; alone it is exactly one.
+                    let of_kind = |other: &Change| {
+                        (other.t - change.t).abs() <= 2.0 * (cell + 1e-15) && other.visible_above == change.visible_above
+                    };
+                    let most = steps.partition().changes().filter(of_kind).count();
+                    let matching = found.iter().filter(is_same).count();
+                    prop_assert!((1..=most).contains(&matching), "{:?} in {:?}", change, found);
                 }
             }
         }
