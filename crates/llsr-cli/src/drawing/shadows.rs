@@ -1,10 +1,10 @@
 //! Shadow edges of a drawing.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use llsr_edges::{
     SceneEdgeOptions, SceneEdges, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene, onto_surface,
 };
-use llsr_scene::{Geometry, LightId, ObjectId, Scene};
+use llsr_scene::{Geometry, ObjectId, Scene};
 
 use super::Layer;
 use crate::clock::Stopwatch;
@@ -56,7 +56,7 @@ impl Shadows {
         }
         progress.finish();
         let report = shadows.drop_unimportant(&prepared, UNIMPORTANT, |light, point, normal| {
-            unoccluded(scene, light, point, normal)
+            scene.lights[light.index()].rough_irradiance(point, normal)
         });
         let mut edges = Vec::with_capacity(shadows.len());
         let mut counts = [0; 6];
@@ -86,17 +86,4 @@ impl Shadows {
             milliseconds: 1e3 * watch.read().wall,
         })
     }
-}
-
-/// Roughly what a point receives of a light that nothing hides: from three places of it, as if each shone alike into all
-/// directions.
-fn unoccluded(scene: &Scene, light: LightId, point: DVec3, normal: DVec3) -> f64 {
-    let light = &scene.lights[light.index()];
-    let (a, b) = light.ends();
-    let from = |place: DVec3| {
-        let to = place - point;
-        let square = to.length_squared();
-        normal.dot(to).max(0.0) / (square * square.sqrt())
-    };
-    light.flux() * [a, 0.5 * (a + b), b].map(from).iter().sum::<f64>()
 }

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A};
+use glam::{Affine3A, DAffine3, DVec3};
 use llsr_scene::{Bounds, Geometry, Light, LightId, Mesh, MeshId, ObjectId, Scene, Shape};
 
 use super::light::ShadowLight;
 use super::mesh::ShadowMesh;
 use super::tessellate::tessellate;
+use crate::view::double;
 use crate::{EdgeOptions, MeshEdges};
 
 /// How a scene is prepared for shadows.
@@ -41,7 +42,7 @@ pub struct ShadowObject {
 impl ShadowObject {
     /// Places a mesh. `None` if the transform has no inverse or is not finite.
     pub fn new(mesh: Arc<ShadowMesh>, transform: Affine3A) -> Option<Self> {
-        let to_world = double(transform);
+        let to_world = double(&transform);
         let to_object = to_world.inverse();
         if !(to_world.is_finite() && to_object.is_finite()) {
             return None;
@@ -77,16 +78,6 @@ fn of_primitive(shape: &Shape, tolerance: f32, options: EdgeOptions) -> Option<A
     }
     let edges = MeshEdges::new(&tessellate(shape, tolerance), options).ok()?;
     Some(Arc::new(ShadowMesh::new(Arc::new(edges))))
-}
-
-fn double(transform: Affine3A) -> DAffine3 {
-    let Mat3A {
-        x_axis,
-        y_axis,
-        z_axis,
-    } = transform.matrix3;
-    let [x, y, z] = [x_axis, y_axis, z_axis].map(|v| v.as_dvec3());
-    DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), transform.translation.as_dvec3())
 }
 
 /// The objects and lights of a scene, ready for shadow edges.

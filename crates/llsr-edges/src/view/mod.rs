@@ -383,7 +383,8 @@ fn prepare_all(
     meshes.iter().enumerate().map(prepare).collect()
 }
 
-fn double(transform: &Affine3A) -> DAffine3 {
+/// The same map in double precision.
+pub(crate) fn double(transform: &Affine3A) -> DAffine3 {
     DAffine3::from_mat3_translation(
         DMat3::from_cols(
             transform.matrix3.x_axis.as_dvec3(),

@@ -5,7 +5,7 @@
 
 use glam::{DVec3, Vec3};
 use llsr_edges::{SceneEdges, ShadowEdge, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene, ShadowSource};
-use llsr_scene::{Camera, LightId, Projection, Scene, Triple, Viewport};
+use llsr_scene::{Camera, Projection, Scene, Triple, Viewport};
 
 /// A shadow edge counts if its penumbra is narrower than this, in pixels.
 const NARROW: f64 = 3.0;
@@ -33,7 +33,7 @@ pub fn narrow_shadow_edges(
     let mut shadows = ShadowEdges::compute(&prepared, triples);
     if scene.lights.len() > 1 {
         shadows.drop_unimportant(&prepared, UNIMPORTANT, |light, point, normal| {
-            unoccluded(scene, light, point, normal)
+            scene.lights[light.index()].rough_irradiance(point, normal)
         });
     }
     let narrow = |edge: &&ShadowEdge| {
@@ -107,17 +107,4 @@ fn pixel(camera: &Camera, viewport: Viewport, point: DVec3) -> Option<f64> {
         origin + direction * (point - origin).length()
     };
     Some(beside(-0.5).distance(beside(0.5)))
-}
-
-/// Roughly what a point receives of a light that nothing hides: from three places of it, as if each shone alike into all
-/// directions.
-fn unoccluded(scene: &Scene, light: LightId, point: DVec3, normal: DVec3) -> f64 {
-    let light = &scene.lights[light.index()];
-    let (a, b) = light.ends();
-    let from = |place: DVec3| {
-        let to = place - point;
-        let square = to.length_squared();
-        normal.dot(to).max(0.0) / (square * square.sqrt())
-    };
-    light.flux() * [a, 0.5 * (a + b), b].map(from).iter().sum::<f64>()
 }

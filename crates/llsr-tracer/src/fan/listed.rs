@@ -1,6 +1,6 @@
 //! Fans through the leaves that a shaft has kept, instead of through the tree.
 
-use llsr_visibility::{Certificate, Panel, Partition};
+use llsr_visibility::Partition;
 
 use super::plane::FanPlane;
 use super::traverse::walk_leaves;
@@ -49,13 +49,7 @@ impl Tracer {
             scratch,
             report: &mut report,
         });
-        scratch.gaps.finish();
-        for &[lo, hi] in scratch.gaps.as_slice() {
-            visible.push(Panel::exact(lo, hi));
-        }
-        if !report.complete {
-            visible.set_certificate(Certificate::Sampled);
-        }
+        scratch.write_visible(&report, visible);
         report
     }
 }

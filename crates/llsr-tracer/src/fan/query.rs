@@ -90,6 +90,19 @@ pub struct FanScratch {
     partition: Partition,
 }
 
+impl FanScratch {
+    /// Appends what the finished query left unblocked to `visible`, and says if the answer is not complete.
+    pub(super) fn write_visible(&mut self, report: &FanReport, visible: &mut Partition) {
+        self.gaps.finish();
+        for &[lo, hi] in self.gaps.as_slice() {
+            visible.push(Panel::exact(lo, hi));
+        }
+        if !report.complete {
+            visible.set_certificate(Certificate::Sampled);
+        }
+    }
+}
+
 impl Tracer {
     /// Writes to `visible` what `query.p` sees of the segment between `query.t0` and `query.t1`.
     ///
@@ -119,13 +132,7 @@ impl Tracer {
         } else {
             self.fan_on_line(p, a, b, &mut scratch.gaps);
         }
-        scratch.gaps.finish();
-        for &[lo, hi] in scratch.gaps.as_slice() {
-            visible.push(Panel::exact(lo, hi));
-        }
-        if !report.complete {
-            visible.set_certificate(Certificate::Sampled);
-        }
+        scratch.write_visible(&report, visible);
         report
     }
 

@@ -175,11 +175,7 @@ impl FaceTree {
     /// portable ones where the processor does not have those asked for.
     #[must_use]
     pub fn with_instructions(mut self, instructions: Instructions) -> Self {
-        self.instructions = if instructions.is_available() {
-            instructions
-        } else {
-            Instructions::Portable
-        };
+        self.instructions = instructions.or_portable();
         self
     }
 

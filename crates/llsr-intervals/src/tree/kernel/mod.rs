@@ -35,6 +35,11 @@ impl Instructions {
             .unwrap_or(Self::Portable)
     }
 
+    /// These, or the portable ones where the processor does not have them.
+    pub(crate) fn or_portable(self) -> Self {
+        if self.is_available() { self } else { Self::Portable }
+    }
+
     /// True if this processor has them.
     pub fn is_available(self) -> bool {
         match self {
