@@ -3,7 +3,7 @@
 use crate::run::{cargo, output, root, run};
 
 pub(crate) fn test(extra: &[String]) -> Result<(), String> {
-    let mut command = cargo(&["test", "--workspace"]);
+    let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
     run(command.args(extra))
 }
 

@@ -34,13 +34,15 @@ proptest! {
     }
 
     /// Darts keep apart, and so does every prefix: no two of k points closer than a share of the mean gap.
+    /// The radius may shrink by bad luck, so the share is not certain: in 200,000 patterns the least was 0.374,
+    /// and one in ten of what remains goes with each 0.018, which leaves 1e-7 a pattern under a third.
     #[test]
     fn every_prefix_of_poisson_disk_points_keeps_apart(seed in any::<u128>()) {
         let mut points = [0.0; 80];
         hierarchical_poisson(&mut Pcg64Mcg::new(seed), &mut points);
         for k in 2..=points.len() {
             let apart = closest(&points[..k]) * k as f64;
-            prop_assert!(apart > 0.4 && apart <= 1.0 + 1e-12, "{} points are {} mean gaps apart", k, apart);
+            prop_assert!(apart > 1.0 / 3.0 && apart <= 1.0 + 1e-12, "{} points are {} mean gaps apart", k, apart);
         }
     }
 
@@ -52,6 +54,24 @@ proptest! {
         cells.sort_unstable();
         prop_assert!(cells.iter().copied().eq(0..1 << k), "one point in each cell: {:?}", points);
     }
+}
+
+/// The closest pair of the worst prefix of 80 points is usually half a mean gap apart: 0.493 is the median of
+/// 200,000 patterns, of 401 it strays by 0.002 (one standard error).
+#[test]
+fn poisson_disk_points_are_half_a_gap_apart_in_the_median() {
+    let worst_prefix = |seed| {
+        let mut points = [0.0; 80];
+        hierarchical_poisson(&mut Pcg64Mcg::new(seed), &mut points);
+        (2..=points.len())
+            .map(|k| closest(&points[..k]) * k as f64)
+            .fold(1.0, f64::min)
+    };
+    let mut apart: Vec<_> = (0..401_u128)
+        .map(|i| worst_prefix(i << 64 | 0x9e37_79b9))
+        .collect();
+    apart.sort_unstable_by(f64::total_cmp);
+    assert!((apart[200] - 0.493).abs() < 0.01, "{}", apart[200]);
 }
 
 /// Every point of an unbiased pattern is uniform: its mean and second moment over many seeds are those.
