@@ -5,11 +5,11 @@
 //! segments on the receivers, located by bisection over exact visibility, against the edges found.
 
 use glam::Vec3;
-use llsr_edges::{ShadowEdges, ShadowKind, ShadowOptions, ShadowScene};
+use llsr_edges::{ShadowEdge, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene};
 use llsr_scene::{LightId, ObjectId, Scene};
 use llsr_testkit::edges::{ShadowCoverage, ShadowScenes, shadow_coverage};
 
-fn edges_of(edges: &ShadowEdges, light: LightId, receiver: ObjectId) -> [Vec<[Vec3; 2]>; 2] {
+fn edges_of(edges: &[ShadowEdge], light: LightId, receiver: ObjectId) -> [Vec<[Vec3; 2]>; 2] {
     let of = |other: ShadowKind| {
         edges
             .iter()
@@ -20,42 +20,67 @@ fn edges_of(edges: &ShadowEdges, light: LightId, receiver: ObjectId) -> [Vec<[Ve
     [of(ShadowKind::Umbral), of(ShadowKind::Penumbral)]
 }
 
-fn measure(scene: &Scene, segments: u32, seed: u64, show: bool) -> (ShadowCoverage, usize) {
+/// Coverage by VE and EV events, the same with closing gaps (EEE), numbers of edges, and pairs looked at.
+fn measure(scene: &Scene, segments: u32, seed: u64, show: bool) -> ([ShadowCoverage; 2], [usize; 3]) {
     let (prepared, _) = ShadowScene::new(scene, ShadowOptions::default());
-    let edges = ShadowEdges::compute(&prepared, prepared.all_triples());
-    let coverage = shadow_coverage(
-        scene,
-        segments,
-        seed,
-        |light, receiver| edges_of(&edges, light, receiver),
-        |receiver, change| {
-            if show {
-                println!("  lost on {receiver:?}: {change:?}");
+    let mut edges: Vec<ShadowEdge> = ShadowEdges::compute(&prepared, prepared.all_triples())
+        .iter()
+        .copied()
+        .collect();
+    let mut counts = [edges.len(), 0, 0];
+    let coverage = [false, true].map(|with_gaps| {
+        if with_gaps {
+            for light in prepared.lights() {
+                let gaps = prepared.closing_gaps(light, 1 << 24);
+                counts[1] += gaps.edges.len();
+                counts[2] += gaps.pairs;
+                edges.extend(gaps.edges);
             }
-        },
-    );
-    (coverage, edges.len())
+        }
+        shadow_coverage(
+            scene,
+            segments,
+            seed,
+            |light, receiver| edges_of(&edges, light, receiver),
+            |receiver, change| {
+                if show && with_gaps {
+                    println!("  lost on {receiver:?}: {change:?}");
+                }
+            },
+        )
+    });
+    (coverage, counts)
 }
 
 fn main() {
     let mut numbers = std::env::args().skip(1).filter_map(|x| x.parse::<u32>().ok());
     let (seeds, segments) = (numbers.next().unwrap_or(20), numbers.next().unwrap_or(100));
     let show = numbers.next().is_some();
-    println!("scene       edges   lit/penumbra        penumbra/umbra");
+    println!(
+        "scene       edges   lit/penumbra        penumbra/umbra         with EEE   edges of EEE, of pairs"
+    );
     for kind in ShadowScenes::ALL {
-        let (mut all, mut edges) = (ShadowCoverage::default(), 0);
+        let (mut all, mut counts) = ([ShadowCoverage::default(); 2], [0; 3]);
         for seed in 0..u64::from(seeds) {
             let (coverage, found) = measure(&kind.build(seed), segments, seed, show);
-            all.add(&coverage);
-            edges += found;
+            for k in 0..2 {
+                all[k].add(&coverage[k]);
+            }
+            for k in 0..3 {
+                counts[k] += found[k];
+            }
         }
-        let [outer, inner] = all.shares().map(|share| 100.0 * share);
+        let [outer, inner] = all[0].shares().map(|share| 100.0 * share);
+        let counts = counts.map(|count| count / seeds.max(1) as usize);
         println!(
-            "{:10} {:6}   {outer:7.3}% of {:6}   {inner:7.3}% of {:6}",
+            "{:10} {:6}   {outer:7.3}% of {:6}   {inner:7.3}% of {:6}   {:7.3}%   {}, {}",
             format!("{kind:?}"),
-            edges / seeds.max(1) as usize,
-            all.outer[1],
-            all.inner[1]
+            counts[0],
+            all[0].outer[1],
+            all[0].inner[1],
+            100.0 * all[1].shares()[1],
+            counts[1],
+            counts[2],
         );
     }
 }

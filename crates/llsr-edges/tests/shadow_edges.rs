@@ -88,6 +88,78 @@ fn outer_edges_of_all_kinds_of_blockers_are_covered() {
 }
 
 #[test]
+fn closing_gaps_complete_the_inner_edges() {
+    for kind in [ShadowScenes::Crowd, ShadowScenes::Torus] {
+        let (mut before, mut after) = (ShadowCoverage::default(), ShadowCoverage::default());
+        for seed in 20..24 {
+            let scene = kind.build(seed);
+            let prepared = prepare(&scene);
+            let mut edges: Vec<ShadowEdge> = compute(&scene).iter().copied().collect();
+            let count = |edges: &[ShadowEdge], into: &mut ShadowCoverage| {
+                into.add(&shadow_coverage(
+                    &scene,
+                    60,
+                    seed,
+                    |_, receiver| segments(edges.iter().filter(|e| e.triple.receiver == receiver)),
+                    |_, _| (),
+                ));
+            };
+            count(&edges, &mut before);
+            let gaps = prepared.closing_gaps(LightId(0), 1 << 22);
+            assert!(!gaps.truncated, "{kind:?}: all pairs");
+            edges.extend(gaps.edges);
+            count(&edges, &mut after);
+        }
+        let [before, after] = [before, after].map(|c| c.inner);
+        assert!(before[1] > 40 && before[0] < before[1], "{kind:?}: {before:?}");
+        assert!(
+            after[0] * 100 >= after[1] * 99,
+            "{kind:?}: {before:?}, with gaps {after:?}"
+        );
+    }
+    let scene = ShadowScenes::Crowd.build(1);
+    let prepared = prepare(&scene);
+    let some = prepared.closing_gaps(LightId(0), 1000);
+    assert!(some.truncated && some.pairs <= 1000, "{} pairs", some.pairs);
+    assert_eq!(prepared.closing_gaps(LightId(5), 1000).pairs, 0, "no such light");
+}
+
+#[test]
+fn edges_of_outshone_lights_are_dropped() {
+    let mut scene = ShadowScenes::Box.build(4);
+    for i in 0..6u8 {
+        let at = DVec3::new(f64::from(i) - 3.0, 5.0, 2.0);
+        scene.add_light(LinearLight::new("", at, at + DVec3::Z, 1.0));
+    }
+    let prepared = prepare(&scene);
+    // Half of the light comes from the first, a millionth from the last three together.
+    let power = [1.0, 0.5, 0.3, 0.2, 5e-7, 5e-7, 1e-6];
+    let irradiance = |light: LightId, _: DVec3, normal: DVec3| {
+        assert!((normal.length() - 1.0).abs() < 1e-9, "a unit normal");
+        power[light.index()]
+    };
+    let all = ShadowEdges::compute(&prepared, prepared.all_triples());
+    for (threshold, gone) in [(0.0, 0), (7e-7, 2), (1.5e-6, 3), (0.06, 3), (0.12, 4), (2.0, 7)] {
+        let mut edges = all.clone();
+        let report = edges.drop_unimportant(&prepared, threshold, irradiance);
+        assert_eq!(report.kept + report.dropped, all.len(), "all are counted");
+        assert_eq!(report.kept, edges.len(), "kept");
+        let mut order: Vec<usize> = (0..7).collect();
+        order.sort_by(|&i, &j| power[i].total_cmp(&power[j]));
+        let dropped = &order[..gone];
+        let expected = all
+            .iter()
+            .filter(|e| dropped.contains(&e.triple.light.index()))
+            .count();
+        assert_eq!(report.dropped, expected, "threshold {threshold}");
+        assert!(
+            report.largest_dropped <= threshold,
+            "{report:?} with threshold {threshold}"
+        );
+    }
+}
+
+#[test]
 fn point_lights_have_hard_edges_alone() {
     for kind in [ShadowScenes::Crowd, ShadowScenes::Torus, ShadowScenes::Sheets] {
         let mut scene = kind.build(3);
