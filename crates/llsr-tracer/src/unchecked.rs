@@ -45,6 +45,12 @@ impl Axis {
         Self(axis.min(2) as u8)
     }
 
+    /// Its number.
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
     #[inline(always)]
     pub(crate) fn of<T>(self, vector: &[T; 3]) -> &T {
         // SAFETY: the only constructor makes indices below 3.

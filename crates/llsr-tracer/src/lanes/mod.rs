@@ -5,10 +5,14 @@
 //! Kernels use the lanes only to *filter* with stated error bounds; decisions are made in double precision, so
 //! that all instruction sets, with and without fused multiply-add, answer alike.
 
+mod double;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_double;
 
+pub(crate) use double::{DoubleLanes, Doubles};
 pub(crate) use portable::Portable;
 
 use crate::build::ChildRef;
@@ -133,7 +137,7 @@ pub(crate) trait Floats: Copy {
 }
 
 /// A token for an instruction set, with the lanes that it offers.
-pub(crate) trait Simd: Copy {
+pub(crate) trait Simd: DoubleLanes {
     /// Eight lanes, for the children of a node.
     type F: Floats<Token = Self, Array = [f32; 8]>;
     /// Sixteen lanes, for the vertices and triangles of a block.
