@@ -195,16 +195,26 @@ impl BoxFilter {
         }
     }
 
-    /// Whether the plane may separate the vertices of a block.
+    /// The triangles of a block that the plane may cut.
     #[inline(always)]
-    pub(super) fn separates<S: Simd>(&self, s: S, block: &TriangleBlock) -> bool {
+    pub(super) fn cuts<S: Simd>(&self, s: S, block: &TriangleBlock) -> u32 {
         let [u, v, k] = self.axes;
         let u = S::W::load(s, u.of(&block.vertices)).sub(S::W::splat(s, self.p[0]));
         let v = S::W::load(s, v.of(&block.vertices)).sub(S::W::splat(s, self.p[1]));
         let k = S::W::load(s, k.of(&block.vertices)).sub(S::W::splat(s, self.p[2]));
         let (su, sv) = (S::W::splat(s, self.slope[0]), S::W::splat(s, self.slope[1]));
         let side = su.mul_add(u, sv.mul_add(v, k));
-        side.le(S::W::splat(s, self.above)) != 0 && S::W::splat(s, self.below).le(side) != 0
+        let not_above = side.le(S::W::splat(s, self.above));
+        let not_below = S::W::splat(s, self.below).le(side);
+        if not_above == 0 || not_below == 0 {
+            return 0;
+        }
+        let [a, b, c] = &block.corners;
+        let below =
+            s.permute_bits(not_above, a) | s.permute_bits(not_above, b) | s.permute_bits(not_above, c);
+        let above =
+            s.permute_bits(not_below, a) | s.permute_bits(not_below, b) | s.permute_bits(not_below, c);
+        below & above & block.used
     }
 }
 

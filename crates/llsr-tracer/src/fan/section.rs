@@ -223,7 +223,12 @@ impl FanVertex {
     #[inline(always)]
     fn new(fan: &FanPlane, v: Vec3) -> Self {
         let turned = v.to_array();
-        let [u, v, k] = fan.axes.map(|axis| f64::from(*axis.of(&turned)));
+        let [u, v, k] = fan.axes;
+        let (u, v, k) = (
+            f64::from(*u.of(&turned)),
+            f64::from(*v.of(&turned)),
+            f64::from(*k.of(&turned)),
+        );
         let (u, v, k) = (u - fan.from[0], v - fan.from[1], k - fan.from[2]);
         let [nu, nv, nk] = fan.normal;
         let [mu, mv, mk] = fan.permanent;

@@ -6,6 +6,7 @@ use super::plane::FanPlane;
 use super::section::{block_by_each, block_by_section};
 use super::shapes::block_shape;
 use super::{FanReport, FanScratch};
+use crate::block::TriangleBlock;
 use crate::build::{ChildRef, STACK, WIDTH, WideTree};
 use crate::lanes::{Kernel, Simd};
 use crate::part::Geometry;
@@ -122,7 +123,8 @@ impl<S: Simd> Leaf<S> for TriangleLeaf<'_> {
         }
         report.blocks += 1;
         let block = &self.geometry.blocks[at.index()];
-        filter.separates(s, block) && block_by_section(s, fan, block, block.used, gaps, report)
+        let lanes = filter.cuts(s, block);
+        lanes != 0 && block_by(s, fan, block, lanes, gaps, report)
     }
 
     #[inline(always)]
@@ -277,15 +279,28 @@ pub(super) fn walk_leaves<S: Simd>(
         }
         report.blocks += 1;
         let block = &geometry.blocks[at.index()];
-        if lanes.count_ones() <= FEW {
-            block_by_each(fan, block, lanes, gaps, report);
-        } else {
-            block_by_section(s, fan, block, lanes, gaps, report);
-        }
+        block_by(s, fan, block, lanes, gaps, report);
     }
 }
 
 /// Up to so many triangles it costs less to ask each than to prepare the whole block.
-const FEW: u32 = 3;
+const FEW: u32 = 2;
+
+/// Blocks what the given triangles hide, and says whether that changed anything.
+#[inline(always)]
+fn block_by<S: Simd>(
+    s: S,
+    fan: &FanPlane,
+    block: &TriangleBlock,
+    lanes: u32,
+    gaps: &mut Gaps,
+    report: &mut FanReport,
+) -> bool {
+    if lanes.count_ones() <= FEW {
+        block_by_each(fan, block, lanes, gaps, report)
+    } else {
+        block_by_section(s, fan, block, lanes, gaps, report)
+    }
+}
 
 const WIDTH_U32: u32 = WIDTH as u32;
