@@ -47,6 +47,8 @@ struct Landing {
     normal: DVec3,
 }
 
+/// Parts of the light between places where a pair of edges may begin or cease to be an event.
+const PARTS: usize = 9;
 /// Steps in which an event is walked before they are halved where it bends.
 const STEPS: u32 = 4;
 /// Halvings of a step.
@@ -137,8 +139,8 @@ impl ShadowScene {
 
 /// Parts of the light, as parameters, from which lines go first through `near` and then through `far` so that a gap closes
 /// between them.
-fn event_parts(near: &Candidate, far: &Candidate, a: DVec3, b: DVec3) -> [Option<[f64; 2]>; 5] {
-    let mut parts = [None; 5];
+fn event_parts(near: &Candidate, far: &Candidate, a: DVec3, b: DVec3) -> [Option<[f64; 2]>; PARTS] {
+    let mut parts = [None; PARTS];
     // Heights of the ends of one edge above the plane through the light's point and the other edge: linear along the
     // light.
     let heights = |plane: &Candidate, p: DVec3| [plane.normals[0].dot(p - a), plane.normals[1].dot(p - b)];
@@ -157,8 +159,12 @@ fn event_parts(near: &Candidate, far: &Candidate, a: DVec3, b: DVec3) -> [Option
     if near.object == far.object && near.vertices.iter().any(|v| far.vertices.contains(v)) {
         return parts;
     }
-    let mut cuts = [0.0, 1.0, 1.0, 1.0, 1.0, 1.0];
-    for (cut, f) in cuts[1..5].iter_mut().zip([f0, f1, g0, g1]) {
+    // Along the light an edge begins or ceases to be a silhouette where the plane of one of its faces is passed.
+    let [n0, n1] = near.beside.map(|p| heights(near, p));
+    let [m0, m1] = far.beside.map(|p| heights(far, p));
+    let mut cuts = [1.0; PARTS + 1];
+    cuts[0] = 0.0;
+    for (cut, f) in cuts[1..PARTS].iter_mut().zip([f0, f1, g0, g1, n0, n1, m0, m1]) {
         let t = f[0] / (f[0] - f[1]);
         if t > 0.0 && t < 1.0 {
             *cut = t;
