@@ -309,7 +309,7 @@ pub fn shadow_coverage(
     coverage
 }
 
-fn lit_faces(scene: &Scene, object: usize, ends: [DVec3; 2]) -> Vec<[DVec3; 3]> {
+pub(super) fn lit_faces(scene: &Scene, object: usize, ends: [DVec3; 2]) -> Vec<[DVec3; 3]> {
     let Object {
         geometry, transform, ..
     } = &scene.objects[object];
@@ -323,7 +323,7 @@ fn lit_faces(scene: &Scene, object: usize, ends: [DVec3; 2]) -> Vec<[DVec3; 3]> 
         .collect()
 }
 
-fn area([a, b, c]: &[DVec3; 3]) -> f64 {
+pub(super) fn area([a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
