@@ -75,9 +75,8 @@ pub fn class_image(
                 // A lattice of n (n + 1) / 2 points; of small faces at least three.
                 let n = ((2.0 * area(face) * per_area).sqrt().round() as usize).max(2);
                 lattice(face, n, &mut class, &mut image, |pair, image| {
-                    let close = |a: &[Vec3; 2]| {
-                        segments_apart(pair.map(|(p, _)| p), a.map(Vec3::as_dvec3)) <= near
-                    };
+                    let close =
+                        |a: &[Vec3; 2]| segments_apart(pair.map(|(p, _)| p), a.map(Vec3::as_dvec3)) <= near;
                     let counts = [
                         (LightClass::Lit, &mut image.separated.outer),
                         (LightClass::Umbra, &mut image.separated.inner),
@@ -230,10 +229,15 @@ mod tests {
                 losses += 1;
             },
         );
-        let ClassImage { points, separated, .. } = none;
+        let ClassImage {
+            points, separated, ..
+        } = none;
         assert!(points.iter().all(|&n| n > 20), "all classes: {none:?}");
         assert!((3000..6000).contains(&points.iter().sum::<usize>()), "{none:?}");
-        assert!(losses > 50 && separated.outer[0] + separated.inner[0] == 0, "{none:?}");
+        assert!(
+            losses > 50 && separated.outer[0] + separated.inner[0] == 0,
+            "{none:?}"
+        );
         let nowhere = [Vec3::new(-5.5, 0.0, -5.5), Vec3::new(-5.0, 0.0, -5.4)];
         let shifted = class_image(&scene, 400, |_, _| [vec![nowhere], vec![]], |_, _| ());
         assert_eq!(shifted.real.outer[0], 0, "{shifted:?}");
