@@ -20,10 +20,7 @@ const LOOK: Duration = Duration::from_millis(100);
 const WALKS: [(&str, &[&str]); 3] = [
     ("chains, direct, live", &["demo:chains", "--live"]),
     ("chains, direct, lockstep", &["demo:chains"]),
-    (
-        "rooms, gi, live",
-        &["demo:rooms", "--live", "--shader", "gi"],
-    ),
+    ("rooms, gi, live", &["demo:rooms", "--live", "--shader", "gi"]),
 ];
 
 /// `cargo xtask soak [FRAMES]`
@@ -46,7 +43,10 @@ pub(crate) fn run(args: &[String]) -> Result<(), String> {
     if grown.is_empty() {
         Ok(())
     } else {
-        Err(format!("soak: memory grew in the second half: {}", grown.join("; ")))
+        Err(format!(
+            "soak: memory grew in the second half: {}",
+            grown.join("; ")
+        ))
     }
 }
 

@@ -81,7 +81,10 @@ impl Walk {
 
 fn signal(name: &str, process: &str) {
     let status = Command::new("kill").args([name, process]).status();
-    assert!(status.is_ok_and(|status| status.success()), "kill {name} {process}");
+    assert!(
+        status.is_ok_and(|status| status.success()),
+        "kill {name} {process}"
+    );
 }
 
 /// A command for `--shader-cmd`: the reference client, which leaves its process number in the file `client` and does as
@@ -123,7 +126,9 @@ fn signals_end_a_walk_at_the_next_frame() {
     for mode in [&["--live"][..], &[]] {
         for name in ["-INT", "-TERM"] {
             let folder = TempDir::new().expect("a folder");
-            let long = ["--size", "64x48", "--frames", "100000", "--every", "5", "--wander"];
+            let long = [
+                "--size", "64x48", "--frames", "100000", "--every", "5", "--wander",
+            ];
             let args = [&long[..], &["--report", "r.json"], mode].concat();
             let mut walk = Walk::start(folder.path(), &args);
             walk.wait_for_frame(9);
@@ -141,7 +146,15 @@ fn a_program_that_shades_goes_with_the_walk() {
     for name in ["-INT", "-TERM"] {
         let folder = TempDir::new().expect("a folder");
         let Some(client) = client("") else { return };
-        let long = ["demo:wall", "--size", "32x24", "--frames", "100000", "--every", "5"];
+        let long = [
+            "demo:wall",
+            "--size",
+            "32x24",
+            "--frames",
+            "100000",
+            "--every",
+            "5",
+        ];
         let args = [&long[..], &["--live", "--shader-cmd", &client]].concat();
         let mut walk = Walk::start(folder.path(), &args);
         walk.wait_for_frame(9);
@@ -159,7 +172,15 @@ fn a_shader_killed_in_mid_walk_is_told_and_counted_and_comes_back() {
     for (mode, frames) in [(&["--live"][..], "6000"), (&[], "600")] {
         let folder = TempDir::new().expect("a folder");
         let Some(client) = client("") else { return };
-        let long = ["demo:wall", "--size", "48x32", "--frames", frames, "--every", "10"];
+        let long = [
+            "demo:wall",
+            "--size",
+            "48x32",
+            "--frames",
+            frames,
+            "--every",
+            "10",
+        ];
         let args = [&long[..], &["--shader-cmd", &client, "--report", "r.json"], mode].concat();
         let mut walk = Walk::start(folder.path(), &args);
         walk.wait_for_frame(19);
@@ -208,7 +229,9 @@ fn a_frame_that_cannot_be_written_ends_the_walk() {
     for mode in [&["--live"][..], &[]] {
         let folder = TempDir::new().expect("a folder");
         fs::create_dir_all(folder.path().join("kept/frame-00009.png/full")).expect("a folder");
-        let long = ["--size", "64x48", "--frames", "100000", "--every", "5", "--wander"];
+        let long = [
+            "--size", "64x48", "--frames", "100000", "--every", "5", "--wander",
+        ];
         let (status, said) = Walk::start(folder.path(), &[&long[..], mode].concat()).end();
         assert_eq!(status.code(), Some(1), "{mode:?}: {said}");
         assert!(said.contains("frame-00009.png"), "{mode:?}: {said}");
@@ -236,5 +259,8 @@ fn a_reader_that_has_gone_does_no_harm() {
         assert_eq!(output.status.code(), Some(0), "{args:?}: {said}");
         assert!(said.is_empty(), "{args:?}: {said}");
     }
-    assert!(folder.path().join("r.json").exists(), "files are written all the same");
+    assert!(
+        folder.path().join("r.json").exists(),
+        "files are written all the same"
+    );
 }

@@ -339,7 +339,10 @@ fn the_picture_stays_when_nobody_shades_any_more() {
         last.points.occupied,
         before.points.occupied
     );
-    assert!(last.points.occupied > before.points.occupied / 4, "the floor stays");
+    assert!(
+        last.points.occupied > before.points.occupied / 4,
+        "the floor stays"
+    );
     assert_eq!(last.holes, 0, "the picture stays");
 }
 

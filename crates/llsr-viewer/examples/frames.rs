@@ -5,9 +5,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use llsr_epr::movable_objects;
 use llsr_scene::{Viewport, demo};
 use llsr_shading::{DirectShader, Shader, World};
-use llsr_epr::movable_objects;
 use llsr_viewer::{Engine, ShaderChoice, ViewSettings};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

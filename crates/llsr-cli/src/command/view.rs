@@ -24,9 +24,7 @@ mod window {
     use llsr_epr::{FrameSettings, movable_objects};
     use llsr_scene::Viewport;
     use llsr_shading::World;
-    use llsr_viewer::{
-        PictureSettings, ShaderChoice, ViewError, ViewReport, ViewSettings, view,
-    };
+    use llsr_viewer::{PictureSettings, ShaderChoice, ViewError, ViewReport, ViewSettings, view};
     use serde_json::json;
 
     use super::{Common, Failure, ViewArgs};
