@@ -178,6 +178,15 @@ fn compare(name: &str, path: &str, only: &str, scene: &Scene) {
                 )
             }),
             "shadow" => clocks[2].run(&shadows, |&(p, q, _)| u64::from(tracer.occluded(p.exact, q))),
+            "pencil" => clocks[4].run(&pencils, |&(p, ts, _)| {
+                let mut blocked = [false; 8];
+                tracer.occluded_pencil(p.exact, a, b, ts, &mut blocked);
+                count(blocked)
+            }),
+            "embree-pencil" => clocks[5].run(&pencils, |&(p, _, qs)| {
+                let rays = qs.map(|q| Ray::new(p.single, q - p.single, NEAR, 1.0));
+                count(embree.occluded8(&rays, false))
+            }),
             _ => break,
         }
     }

@@ -42,6 +42,7 @@ mod motion;
 mod packet;
 mod pages;
 mod part;
+mod pencil;
 mod ray;
 mod shaft;
 mod shape;

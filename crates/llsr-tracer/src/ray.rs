@@ -12,10 +12,10 @@ use crate::lanes::{Floats, Simd};
 use crate::unchecked::{Axis, Plane};
 
 /// Unit roundoff of `f32`.
-const U: f32 = f32::EPSILON / 2.0;
+pub(crate) const U: f32 = f32::EPSILON / 2.0;
 
 /// The axes after the permutation that makes each axis the last.
-const AXES: [[u8; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+pub(crate) const AXES: [[u8; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// A ray prepared for the filters, in the lanes of `S`.
 #[derive(Clone, Copy)]
@@ -111,10 +111,10 @@ impl<S: Simd> RayFilter<S> {
     pub(crate) fn enters(&self, s: S, node: &WideNode, t_max: f32) -> (u32, S::F) {
         let b = &self.boxes;
         let zero = S::F::splat(s, 0.0);
-        let enter = b.near_plane(s, node, 0).max(b.near_plane(s, node, 1));
-        let enter = enter.max(b.near_plane(s, node, 2).max(zero));
-        let leave = b.far_plane(s, node, 0).min(b.far_plane(s, node, 1));
-        let leave = leave.min(b.far_plane(s, node, 2).min(S::F::splat(s, t_max)));
+        let enter = b.near_plane(s, node, 0).max_bits(b.near_plane(s, node, 1));
+        let enter = enter.max_bits(b.near_plane(s, node, 2).max_bits(zero));
+        let leave = b.far_plane(s, node, 0).min_bits(b.far_plane(s, node, 1));
+        let leave = leave.min_bits(b.far_plane(s, node, 2).min_bits(S::F::splat(s, t_max)));
         (enter.le(leave), enter)
     }
 
@@ -132,38 +132,85 @@ impl<S: Simd> RayFilter<S> {
         let (ax, ay) = (s.permute(across, a), s.permute(along, a));
         let (bx, by) = (s.permute(across, b), s.permute(along, b));
         let (cx, cy) = (s.permute(across, c), s.permute(along, c));
-        // Edge functions, twice the signed areas of the origin with each edge.
-        let u = cx.mul_sub(by, cy.mul(bx));
-        let v = ax.mul_sub(cy, ay.mul(cx));
-        let w = bx.mul_sub(ay, by.mul(ax));
-        let least = u.min(v).min(w);
-        let most = u.max(v).max(w);
-        // Where the ray truly meets the triangle, sheared coordinates are at most 1.42 edges long and wrong by at most
-        // `error`, and an edge function adds two products of two of them and rounds twice.
-        let longest = block.longest_edge;
-        let error = self.error + 6.0 * U * longest;
-        let tolerance = longest * (6.0 * error + 5.0 * U * longest) + 4.0 * error * error + f32::MIN_POSITIVE;
-        let (plus, minus) = (S::W::splat(s, tolerance), S::W::splat(s, -tolerance));
-        let candidates = (minus.le(least) | most.le(plus)) & block.used;
+        let edges = Edges::new(block, [(ax, ay), (bx, by), (cx, cy)], self.error);
+        let candidates = edges.candidates(s, block);
         if candidates == 0 {
             return BlockHits::default();
         }
-        let inside = plus.lt(least) | most.lt(minus);
-        let (az, bz, cz) = (s.permute(depth, a), s.permute(depth, b), s.permute(depth, c));
+        let depths = (s.permute(depth, a), s.permute(depth, b), s.permute(depth, c));
+        edges.decide(s, candidates, depths, self.sign, t_max)
+    }
+}
+
+/// How a ray passes the edges of a block's triangles.
+pub(crate) struct Edges<S: Simd> {
+    /// Edge functions, twice the signed areas of the origin with each edge.
+    areas: [S::W; 3],
+    least: S::W,
+    most: S::W,
+    longest: f32,
+    /// Bound of the error of a sheared coordinate (m), and of an edge function (m^2).
+    error: f32,
+    tolerance: f32,
+}
+
+impl<S: Simd> Edges<S> {
+    /// `corners` are sheared; a coordinate of a vertex near the ray is wrong by at most `error`.
+    #[inline(always)]
+    pub(crate) fn new(block: &TriangleBlock, corners: [(S::W, S::W); 3], error: f32) -> Self {
+        let [(ax, ay), (bx, by), (cx, cy)] = corners;
+        let u = cx.mul_sub(by, cy.mul(bx));
+        let v = ax.mul_sub(cy, ay.mul(cx));
+        let w = bx.mul_sub(ay, by.mul(ax));
+        // Where the ray truly meets the triangle, sheared coordinates are at most 1.42 edges long and wrong by at most
+        // `error`, and an edge function adds two products of two of them and rounds twice.
+        let longest = block.longest_edge;
+        let error = error + 6.0 * U * longest;
+        Self {
+            areas: [u, v, w],
+            least: u.min(v).min(w),
+            most: u.max(v).max(w),
+            longest,
+            error,
+            tolerance: longest * (6.0 * error + 5.0 * U * longest) + 4.0 * error * error + f32::MIN_POSITIVE,
+        }
+    }
+
+    /// The triangles that the ray's line may meet.
+    #[inline(always)]
+    pub(crate) fn candidates(&self, s: S, block: &TriangleBlock) -> u32 {
+        let (plus, minus) = (S::W::splat(s, self.tolerance), S::W::splat(s, -self.tolerance));
+        (minus.le(self.least) | self.most.le(plus)) & block.used
+    }
+
+    /// Which of the candidates are met at parameters in [0, `t_max`]; `depths` are those of the three corners, and the
+    /// ray runs along `sign`.
+    #[inline(always)]
+    pub(crate) fn decide(
+        &self,
+        s: S,
+        candidates: u32,
+        depths: (S::W, S::W, S::W),
+        sign: f32,
+        t_max: f32,
+    ) -> BlockHits {
+        let ([u, v, w], (az, bz, cz)) = (self.areas, depths);
+        let (plus, minus) = (S::W::splat(s, self.tolerance), S::W::splat(s, -self.tolerance));
+        let inside = plus.lt(self.least) | self.most.lt(minus);
         let sum = u.add(v).add(w);
         let height = u.mul_add(az, v.mul_add(bz, w.mul(cz)));
-        let sign = S::W::splat(s, self.sign);
+        let sign = S::W::splat(s, sign);
         let t = height.div(sum).mul(sign);
         // The weights are wrong by 3 tolerance / sum each where the ray is inside.
-        let spread = S::W::splat(s, 16.0 * tolerance * longest).div(sum.abs());
-        let t_error = spread.add(S::W::splat(s, 4.0 * error));
+        let spread = S::W::splat(s, 16.0 * self.tolerance * self.longest).div(sum.abs());
+        let t_error = spread.add(S::W::splat(s, 4.0 * self.error));
         let (start, end) = (S::W::splat(s, 0.0), S::W::splat(s, t_max));
         let sure = candidates & inside & t_error.lt(t) & t.add(t_error).lt(end);
         let outside = inside & (t.add(t_error).lt(start) | end.lt(t.sub(t_error)));
         // Where the ray is not surely inside, the whole triangle must lie outside the range to be out of question.
         let (az, bz, cz) = (az.mul(sign), bz.mul(sign), cz.mul(sign));
         let (first, last) = (az.min(bz).min(cz), az.max(bz).max(cz));
-        let slack = 2.0 * error;
+        let slack = 2.0 * self.error;
         let apart = last.lt(S::W::splat(s, -slack)) | S::W::splat(s, t_max + slack).lt(first);
         BlockHits {
             sure,

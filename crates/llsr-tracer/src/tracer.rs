@@ -223,19 +223,6 @@ impl Tracer {
         cut
     }
 
-    /// Does any surface cut the open segments from `from` to the points of `a`-`b` at parameters `ts`?
-    ///
-    /// Writes the answer for `ts[i]` to `blocked[i]`; it is that of [`occluded`](Self::occluded) for `a + (b - a) * t`.
-    ///
-    /// # Panics
-    /// If the slices differ in length.
-    pub fn occluded_pencil(&self, from: DVec3, a: DVec3, b: DVec3, ts: &[f64], blocked: &mut [bool]) {
-        assert_eq!(ts.len(), blocked.len(), "one answer per question");
-        for (answer, &t) in blocked.iter_mut().zip(ts) {
-            *answer = self.occluded(from, a + (b - a) * t);
-        }
-    }
-
     /// The first surface on the ray `origin + t direction` with 0 < t <= `t_max`.
     ///
     /// `direction` has unit length if `t` is to be in metres. Of equally near surfaces the one of the smaller object and

@@ -45,12 +45,6 @@ impl Axis {
         Self(axis.min(2) as u8)
     }
 
-    /// Its number.
-    #[inline(always)]
-    pub(crate) fn index(self) -> usize {
-        usize::from(self.0)
-    }
-
     #[inline(always)]
     pub(crate) fn of<T>(self, vector: &[T; 3]) -> &T {
         // SAFETY: the only constructor makes indices below 3.
@@ -103,6 +97,89 @@ impl Stack {
                 .add(self.len)
                 .cast::<[ChildRef; WIDTH]>();
             to.write(s.compress(&node.children, mask));
+        }
+        self.len += mask.count_ones() as usize;
+        assert!(
+            self.len <= STACK,
+            "trees are built so that the stack is large enough"
+        );
+    }
+}
+
+/// One of eight lanes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lane(u8);
+
+impl Lane {
+    /// That of the lowest of the low eight bits that is set; lane 7 if none is.
+    #[inline(always)]
+    pub(crate) fn lowest(bits: u32) -> Self {
+        Self(bits.trailing_zeros().min(7) as u8)
+    }
+
+    #[inline(always)]
+    pub(crate) fn of<T>(self, row: &[T; 8]) -> &T {
+        // SAFETY: the only constructor makes indices below 8.
+        unsafe { row.get_unchecked(usize::from(self.0)) }
+    }
+}
+
+/// References that wait to be visited by some of eight rays.
+pub(crate) struct PencilStack {
+    children: [MaybeUninit<ChildRef>; STACK + WIDTH],
+    rays: [MaybeUninit<u8>; STACK + WIDTH],
+    /// At most `STACK`.
+    len: usize,
+}
+
+impl PencilStack {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Self {
+            children: [const { MaybeUninit::uninit() }; STACK + WIDTH],
+            rays: [const { MaybeUninit::uninit() }; STACK + WIDTH],
+            len: 0,
+        }
+    }
+
+    /// Empties the stack and puts the root of a tree onto it.
+    #[inline(always)]
+    pub(crate) fn push_root(&mut self, rays: u32) {
+        self.children[0].write(ChildRef::default());
+        self.rays[0].write(rays as u8);
+        self.len = 1;
+    }
+
+    /// A reference and its rays, one bit each.
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> Option<(ChildRef, u32)> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: entries below `len` were written by `push_root` or `push_each`.
+        unsafe {
+            let child = self.children.get_unchecked(self.len).assume_init();
+            let rays = self.rays.get_unchecked(self.len).assume_init();
+            Some((child, u32::from(rays)))
+        }
+    }
+
+    /// Pushes the children selected by the low eight bits of `mask`, each with its byte of `rays`.
+    ///
+    /// # Panics
+    /// If the tree is deeper than the build allows.
+    #[inline(always)]
+    pub(crate) fn push_each<S: Simd>(&mut self, s: S, node: &WideNode, mask: u32, rays: u64) {
+        let mask = mask & 0xff;
+        // SAFETY: `len` is at most `STACK`, so eight entries fit behind it in both arrays; all eight are
+        // written.
+        unsafe {
+            let to = self
+                .children
+                .as_mut_ptr()
+                .add(self.len)
+                .cast::<[ChildRef; WIDTH]>();
+            to.write(s.compress(&node.children, mask));
+            let to = self.rays.as_mut_ptr().add(self.len).cast::<[u8; WIDTH]>();
+            to.write(s.compress_bytes(rays, mask).to_le_bytes());
         }
         self.len += mask.count_ones() as usize;
         assert!(

@@ -265,6 +265,7 @@ fn run(
             let Some(receiver) = scene.object(id) else {
                 continue;
             };
+            chunk.statistics.queries += 1;
             cut(
                 event,
                 receiver,
@@ -272,7 +273,6 @@ fn run(
                 id == blocker,
                 &mut scratch.section,
                 &mut scratch.pieces,
-                &mut chunk.statistics,
             );
         }
         chunk.statistics.pieces += scratch.pieces.len();

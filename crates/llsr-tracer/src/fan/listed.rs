@@ -2,7 +2,6 @@
 
 use llsr_visibility::Partition;
 
-use super::gaps::Keep;
 use super::plane::FanPlane;
 use super::traverse::walk_leaves;
 use super::{FanQuery, FanReport, FanScratch};
@@ -42,7 +41,7 @@ impl Tracer {
         if shaft.sight() == Sight::Blocked {
             return report;
         }
-        scratch.gaps.reset(t0, t1, Keep::All);
+        scratch.gaps.reset(t0, t1);
         self.level().run(FanThroughLeaves {
             geometry,
             fan,
@@ -64,6 +63,9 @@ struct FanThroughLeaves<'a> {
     report: &'a mut FanReport,
 }
 
+/// Up to so many triangles it costs less to ask each than to filter them.
+const FEW: u32 = 4;
+
 impl Kernel for FanThroughLeaves<'_> {
     type Output = ();
 
@@ -77,6 +79,7 @@ impl Kernel for FanThroughLeaves<'_> {
             report,
         } = self;
         let leaves = shaft.leaves.iter().map(|&ShaftLeaf { at, lanes }| (at, lanes));
-        walk_leaves(s, geometry, fan, leaves, &mut scratch.gaps, report);
+        let filter = shaft.triangles > FEW;
+        walk_leaves(s, geometry, fan, filter, leaves, &mut scratch.gaps, report);
     }
 }

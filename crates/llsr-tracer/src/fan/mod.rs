@@ -24,7 +24,6 @@ mod gaps;
 mod listed;
 mod plane;
 mod query;
-mod section;
 mod shapes;
 mod traverse;
 

@@ -5,14 +5,10 @@
 //! Kernels use the lanes only to *filter* with stated error bounds; decisions are made in double precision, so
 //! that all instruction sets, with and without fused multiply-add, answer alike.
 
-mod double;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
-#[cfg(target_arch = "x86_64")]
-mod x86_double;
 
-pub(crate) use double::{DoubleLanes, Doubles};
 pub(crate) use portable::Portable;
 
 use crate::build::ChildRef;
@@ -130,14 +126,21 @@ pub(crate) trait Floats: Copy {
     fn min(self, b: Self) -> Self;
     /// The larger; `b` if either is NaN.
     fn max(self, b: Self) -> Self;
+    /// The smaller of the bit patterns as signed integers: that of the numbers unless both are negative. It has ports
+    /// of its own on most processors, and half the latency.
+    fn min_bits(self, b: Self) -> Self;
+    /// The larger of the bit patterns as signed integers: that of the numbers unless both are negative.
+    fn max_bits(self, b: Self) -> Self;
     fn abs(self) -> Self;
+    /// The magnitude of `self` with the sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
     /// One bit a lane, lane 0 lowest; false for NaN.
     fn le(self, b: Self) -> u32;
     fn lt(self, b: Self) -> u32;
 }
 
 /// A token for an instruction set, with the lanes that it offers.
-pub(crate) trait Simd: DoubleLanes {
+pub(crate) trait Simd: Copy {
     /// Eight lanes, for the children of a node.
     type F: Floats<Token = Self, Array = [f32; 8]>;
     /// Sixteen lanes, for the vertices and triangles of a block.
@@ -145,6 +148,9 @@ pub(crate) trait Simd: DoubleLanes {
 
     /// The references selected by the low eight bits of `mask`, moved to the front; what follows them has no meaning.
     fn compress(self, from: &[ChildRef; 8], mask: u32) -> [ChildRef; 8];
+
+    /// The bytes selected by the low eight bits of `mask`, moved to the low end; what follows them has no meaning.
+    fn compress_bytes(self, from: u64, mask: u32) -> u64;
 
     /// Lane `indices[i]` of `from` in lane `i`; only the low four bits of an index count.
     fn permute(self, from: Self::W, indices: &[u8; 16]) -> Self::W;

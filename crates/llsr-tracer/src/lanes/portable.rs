@@ -81,8 +81,32 @@ impl<const N: usize> Floats for Lanes<N> {
         self.zip(b, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
+    fn min_bits(self, b: Self) -> Self {
+        self.zip(b, |a, b| {
+            if (a.to_bits() as i32) < b.to_bits() as i32 {
+                a
+            } else {
+                b
+            }
+        })
+    }
+    #[inline(always)]
+    fn max_bits(self, b: Self) -> Self {
+        self.zip(b, |a, b| {
+            if a.to_bits() as i32 > b.to_bits() as i32 {
+                a
+            } else {
+                b
+            }
+        })
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        self.zip(sign, f32::copysign)
     }
     #[inline(always)]
     fn le(self, b: Self) -> u32 {
@@ -107,6 +131,17 @@ impl Simd for Portable {
                 break;
             }
             *slot = from[(mask.trailing_zeros() & 7) as usize];
+            mask &= mask - 1;
+        }
+        to
+    }
+
+    #[inline(always)]
+    fn compress_bytes(self, from: u64, mask: u32) -> u64 {
+        let (mut mask, mut to, mut place) = (mask & 0xff, 0, 0);
+        while mask != 0 {
+            to |= (from >> (8 * mask.trailing_zeros()) & 0xff) << place;
+            place += 8;
             mask &= mask - 1;
         }
         to

@@ -173,6 +173,29 @@ macro_rules! ymm {
                 self.1,
             )
         }
+        #[inline(always)]
+        fn copysign(self, sign: Self) -> Self {
+            // SAFETY: the token inside proves AVX2.
+            let bits = unsafe {
+                let mask = _mm256_set1_ps(-0.0);
+                _mm256_or_ps(_mm256_and_ps(mask, sign.0), _mm256_andnot_ps(mask, self.0))
+            };
+            Ymm(bits, self.1)
+        }
+        #[inline(always)]
+        fn min_bits(self, b: Self) -> Self {
+            // SAFETY: the token inside proves AVX2.
+            let bits = unsafe { _mm256_min_epi32(_mm256_castps_si256(self.0), _mm256_castps_si256(b.0)) };
+            // SAFETY: as above.
+            Ymm(unsafe { _mm256_castsi256_ps(bits) }, self.1)
+        }
+        #[inline(always)]
+        fn max_bits(self, b: Self) -> Self {
+            // SAFETY: the token inside proves AVX2.
+            let bits = unsafe { _mm256_max_epi32(_mm256_castps_si256(self.0), _mm256_castps_si256(b.0)) };
+            // SAFETY: as above.
+            Ymm(unsafe { _mm256_castsi256_ps(bits) }, self.1)
+        }
     };
 }
 
@@ -232,6 +255,29 @@ impl Floats for Zmm {
         Zmm(unsafe { _mm512_abs_ps(self.0) }, self.1)
     }
     #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        // SAFETY: the token inside proves AVX-512 F and DQ.
+        let bits = unsafe {
+            let mask = _mm512_set1_ps(-0.0);
+            _mm512_or_ps(_mm512_and_ps(mask, sign.0), _mm512_andnot_ps(mask, self.0))
+        };
+        Zmm(bits, self.1)
+    }
+    #[inline(always)]
+    fn min_bits(self, b: Self) -> Self {
+        // SAFETY: the token inside proves AVX-512 F.
+        let bits = unsafe { _mm512_min_epi32(_mm512_castps_si512(self.0), _mm512_castps_si512(b.0)) };
+        // SAFETY: as above.
+        Zmm(unsafe { _mm512_castsi512_ps(bits) }, self.1)
+    }
+    #[inline(always)]
+    fn max_bits(self, b: Self) -> Self {
+        // SAFETY: the token inside proves AVX-512 F.
+        let bits = unsafe { _mm512_max_epi32(_mm512_castps_si512(self.0), _mm512_castps_si512(b.0)) };
+        // SAFETY: as above.
+        Zmm(unsafe { _mm512_castsi512_ps(bits) }, self.1)
+    }
+    #[inline(always)]
     fn le(self, b: Self) -> u32 {
         // SAFETY: the token inside proves AVX-512 F.
         unsafe { u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0)) }
@@ -279,6 +325,9 @@ impl Floats for Pair {
         neg_mul_add(b, c);
         min(b);
         max(b);
+        min_bits(b);
+        max_bits(b);
+        copysign(sign);
         abs();
     }
 
@@ -340,6 +389,15 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn compress_bytes(self, from: u64, mask: u32) -> u64 {
+        // SAFETY: the token proves BMI2.
+        unsafe {
+            let bytes = _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101).wrapping_mul(0xff);
+            _pext_u64(from, bytes)
+        }
+    }
+
+    #[inline(always)]
     fn permute(self, from: Pair, indices: &[u8; 16]) -> Pair {
         // SAFETY: the token proves AVX2; the array is as large as the 128-bit register.
         unsafe {
@@ -384,6 +442,15 @@ impl Simd for Avx512 {
             );
         }
         to
+    }
+
+    #[inline(always)]
+    fn compress_bytes(self, from: u64, mask: u32) -> u64 {
+        // SAFETY: the token proves BMI2.
+        unsafe {
+            let bytes = _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101).wrapping_mul(0xff);
+            _pext_u64(from, bytes)
+        }
     }
 
     #[inline(always)]

@@ -18,8 +18,6 @@ use super::registers::{Portable, Register};
 pub(super) struct Forms {
     /// The wedge's plane, and the planes that bound it, positive inside.
     pub(super) planes: [[f32; 4]; 3],
-    /// Points outside of both of the latter count as inside.
-    pub(super) double: bool,
     /// Viewers; a face that turns away from each is not wanted. None: all are wanted.
     pub(super) views: [Option<View>; 2],
     /// Bounds the rounding errors of a form's value.
@@ -104,9 +102,7 @@ fn blocks_avx2(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Ve
     scan::<super::registers::Avx2>(blocks, list, forms, masks);
 }
 
-// No closures below: one that is not inlined would be compiled without the instructions of its caller.
-
-/// The larger end of a form over the boxes of all children; the smaller with `low` and `high` exchanged.
+/// The larger (or smaller) end of a form over the boxes of all children.
 #[inline(always)]
 fn extreme<R: Register>(form: &[f32; 4], low: &[[f32; LANES]; 3], high: &[[f32; LANES]; 3]) -> R {
     let mut sum = R::splat(form[3]);
@@ -115,26 +111,6 @@ fn extreme<R: Register>(form: &[f32; 4], low: &[[f32; LANES]; 3], high: &[[f32; 
         sum = R::load(&end[axis]).mul_add(R::splat(form[axis]), sum);
     }
     sum
-}
-
-/// A form at sixteen points.
-#[inline(always)]
-fn value<R: Register>(form: &[f32; 4], points: &[[f32; LANES]; 3]) -> R {
-    let mut sum = R::splat(form[3]);
-    for axis in 0..3 {
-        sum = R::load(&points[axis]).mul_add(R::splat(form[axis]), sum);
-    }
-    sum
-}
-
-/// Which are outside of the wedge's sides, given what is surely outside and surely inside of each.
-#[inline(always)]
-fn beyond(outside: [u16; 2], inside: [u16; 2], double: bool) -> u16 {
-    if double {
-        outside[0] & inside[1] | inside[0] & outside[1]
-    } else {
-        outside[0] | outside[1]
-    }
 }
 
 #[inline(always)]
@@ -146,32 +122,26 @@ fn nodes<R: Register>(
     masks: &mut Vec<u16>,
 ) {
     let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
-    let [plane, sides @ ..] = &forms.planes;
     for &node in frontier {
         let BoundsLanes { min, max } = &bounds[node as usize];
+        let [plane, sides @ ..] = &forms.planes;
         let mut out = below.exceeds(extreme::<R>(plane, min, max));
         out |= extreme::<R>(plane, max, min).exceeds(above);
-        let (mut outside, mut inside) = ([0u16; 2], [0u16; 2]);
-        for i in 0..2 {
-            outside[i] = below.exceeds(extreme::<R>(&sides[i], min, max));
-            if forms.double {
-                inside[i] = extreme::<R>(&sides[i], max, min).exceeds(above);
-            }
+        for side in sides {
+            out |= below.exceeds(extreme::<R>(side, min, max));
         }
-        out |= beyond(outside, inside, forms.double);
-        if forms.views[1].is_some() {
+        if let [_, Some(_)] = forms.views {
             let lanes = &planes[node as usize];
             let mut away = u16::MAX;
-            for view in &forms.views {
-                let Some(view) = view else { continue };
+            for view in forms.views.iter().flatten() {
                 let mut most = R::splat(0.0);
-                for (k, &factor) in view.iter().enumerate() {
-                    let end = if factor >= 0.0 {
-                        &lanes.hi[0][k]
+                for (k, &coefficient) in view.iter().enumerate() {
+                    let end = if coefficient >= 0.0 {
+                        &lanes.hi[0]
                     } else {
-                        &lanes.lo[0][k]
+                        &lanes.lo[0]
                     };
-                    most = R::load(end).mul_add(R::splat(factor), most);
+                    most = R::load(&end[k]).mul_add(R::splat(coefficient), most);
                 }
                 away &= below.exceeds(most);
             }
@@ -184,29 +154,32 @@ fn nodes<R: Register>(
 #[inline(always)]
 fn scan<R: Register>(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
     let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
-    let [plane, sides @ ..] = &forms.planes;
-    for i in 0..list.len() {
+    for (i, &index) in list.iter().enumerate() {
         if let Some(&later) = list.get(i + 6) {
             R::prefetch(&blocks[later as usize]);
         }
-        let corners = &blocks[list[i] as usize].corners;
+        let corners = &blocks[index as usize].corners;
+        let [plane, sides @ ..] = &forms.planes;
+        let value = |form: &[f32; 4], corner: &[[f32; LANES]; 3]| {
+            let mut sum = R::splat(form[3]);
+            for axis in 0..3 {
+                sum = R::load(&corner[axis]).mul_add(R::splat(form[axis]), sum);
+            }
+            sum
+        };
         let (mut all_above, mut all_below) = (u16::MAX, u16::MAX);
         for corner in corners {
-            let height = value::<R>(plane, corner);
+            let height = value(plane, corner);
             all_above &= height.exceeds(above);
             all_below &= below.exceeds(height);
         }
         let mut out = all_above | all_below;
-        if out != u16::MAX {
-            let (mut outside, mut inside) = ([u16::MAX; 2], [u16::MAX; 2]);
-            for k in 0..2 {
-                for corner in corners {
-                    let distance = value::<R>(&sides[k], corner);
-                    outside[k] &= below.exceeds(distance);
-                    inside[k] &= distance.exceeds(above);
-                }
+        for side in sides {
+            let mut outside = u16::MAX;
+            for corner in corners {
+                outside &= below.exceeds(value(side, corner));
             }
-            out |= beyond(outside, inside, forms.double);
+            out |= outside;
         }
         masks.push(!out);
     }
