@@ -279,6 +279,9 @@ pub(crate) struct WalkArgs {
     /// Move an object to and fro: the grid, or the object of that name
     #[arg(long = "move", value_name = "NAME", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     pub(crate) moves: Option<String>,
+    /// Move the camera, objects and lights at random, after the seed: to try endurance
+    #[arg(long, conflicts_with_all = ["path", "moves"])]
+    pub(crate) wander: bool,
     /// Write some frames as PNG into this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) keep_frames: Option<PathBuf>,

@@ -9,7 +9,7 @@ pub(crate) enum Failure {
     Usage(String),
     /// The work could not be done: exit code 1.
     Work(String),
-    /// The user pressed Ctrl-C: exit code 1, and nothing half-written stays.
+    /// The user pressed Ctrl-C, or the system asked for the end: exit code 1, and nothing half-written stays.
     Interrupted,
 }
 
@@ -26,7 +26,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Usage(text) | Self::Work(text) => f.write_str(text),
-            Self::Interrupted => f.write_str("interrupted; no file was written"),
+            Self::Interrupted => f.write_str("interrupted; nothing unfinished was written"),
         }
     }
 }

@@ -1,5 +1,8 @@
 //! The `llsr` command: finished soft shadows from tube lights.
 
+#[macro_use]
+mod output;
+
 mod args;
 mod camera;
 mod clock;

@@ -8,7 +8,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Lets long work stop at its next step when the user presses Ctrl-C; a second press ends the program at once.
+/// Lets long work stop at its next step when the user presses Ctrl-C or the system asks the program to end; when it is asked
+/// again it ends at once.
 pub(crate) fn watch_interrupt() {
     // Without a handler Ctrl-C ends the program as usual, and files are renamed into place only when whole.
     let _ = ctrlc::set_handler(|| {
@@ -18,7 +19,7 @@ pub(crate) fn watch_interrupt() {
     });
 }
 
-/// True once Ctrl-C was pressed.
+/// True once Ctrl-C was pressed or the system asked for the end.
 pub(crate) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }

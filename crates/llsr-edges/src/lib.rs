@@ -11,7 +11,7 @@ mod view;
 pub use drawing::{Line, Part, Sight, Stroke, clip_to_picture, join, split_hidden};
 pub use mesh::{EdgeOptions, EdgeReport, EdgeScratch, FoundEdges, InvalidMesh, MeshEdges};
 pub use shadow::{
-    ImportanceReport, ShadowEdge, ShadowEdges, ShadowKind, ShadowLight, ShadowMesh, ShadowObject,
+    Gaps, ImportanceReport, ShadowEdge, ShadowEdges, ShadowKind, ShadowLight, ShadowMesh, ShadowObject,
     ShadowOptions, ShadowScene, ShadowSource, ShadowStatistics,
 };
 pub use view::{

@@ -5,10 +5,13 @@ use std::collections::BTreeSet;
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use llsr_edges::{ShadowEdge, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene};
 use llsr_scene::{
-    AreaLight, AreaShape, Light, LightId, LinearLight, Material, MaterialId, Mesh, ObjectId, PointLight,
-    Scene, Triple,
+    AreaLight, AreaShape, Geometry, Light, LightId, LinearLight, Material, MaterialId, Mesh, ObjectId,
+    PointLight, Scene, Triple,
 };
-use llsr_testkit::edges::{ShadowCoverage, ShadowOracle, ShadowScenes, class_changes, shadow_coverage};
+use llsr_testkit::edges::{
+    ClassImage, LightClass, ShadowCoverage, ShadowOracle, ShadowScenes, class_changes, class_image,
+    shadow_coverage,
+};
 use llsr_testkit::tracer::world_triangles;
 
 fn prepare(scene: &Scene) -> ShadowScene {
@@ -84,6 +87,213 @@ fn outer_edges_of_all_kinds_of_blockers_are_covered() {
         assert!(outer >= 0.99, "{kind:?}: {found:?}");
         // Gaps that close between two edges (EEE) are not among them.
         assert!(inner >= 0.7, "{kind:?}: {found:?}");
+    }
+}
+
+#[test]
+fn closing_gaps_complete_the_inner_edges() {
+    for kind in [ShadowScenes::Crowd, ShadowScenes::Torus, ShadowScenes::Chain] {
+        let (mut before, mut after) = (ShadowCoverage::default(), ShadowCoverage::default());
+        for seed in 20..24 {
+            let scene = kind.build(seed);
+            let prepared = prepare(&scene);
+            let mut edges: Vec<ShadowEdge> = compute(&scene).iter().copied().collect();
+            let count = |edges: &[ShadowEdge], into: &mut ShadowCoverage| {
+                into.add(&shadow_coverage(
+                    &scene,
+                    60,
+                    seed,
+                    |_, receiver| segments(edges.iter().filter(|e| e.triple.receiver == receiver)),
+                    |_, _| (),
+                ));
+            };
+            count(&edges, &mut before);
+            let gaps = prepared.closing_gaps(LightId(0), 1 << 22);
+            assert!(!gaps.truncated, "{kind:?}: all pairs");
+            edges.extend(gaps.edges);
+            count(&edges, &mut after);
+        }
+        let [before, after] = [before, after].map(|c| c.inner);
+        assert!(before[1] > 40 && before[0] < before[1], "{kind:?}: {before:?}");
+        assert!(
+            after[0] * 100 >= after[1] * 99,
+            "{kind:?}: {before:?}, with gaps {after:?}"
+        );
+    }
+    let scene = ShadowScenes::Crowd.build(1);
+    let prepared = prepare(&scene);
+    let some = prepared.closing_gaps(LightId(0), 1000);
+    assert!(some.truncated && some.pairs <= 1000, "{} pairs", some.pairs);
+    assert_eq!(prepared.closing_gaps(LightId(5), 1000).pairs, 0, "no such light");
+}
+
+/// Figure 9: under light that grazes the capsule where the torus touches it, both boundaries run together there.
+#[test]
+fn umbral_and_penumbral_edges_meet_where_a_torus_touches_a_capsule() {
+    let mut scene = llsr_scene::demo::build("torus-capsule").expect("built in");
+    let named = |name: &str| scene.objects.iter().position(|o| o.name == name).expect(name);
+    let (capsule, torus) = (ObjectId::from(named("capsule")), ObjectId::from(named("torus")));
+    // The vertex of the torus that is deepest in the capsule, whose axis lies along x.
+    let bounds = prepare(&scene).object(capsule).expect("a capsule").bounds();
+    let (axis, radius) = (bounds.center().as_dvec3(), 0.5 * f64::from(bounds.size().z));
+    let from_axis = |p: DVec3| (p - axis).with_x(0.0);
+    let Geometry::Mesh(ring) = scene.objects[torus.index()].geometry else {
+        panic!("a mesh");
+    };
+    let deepest = scene.meshes[ring.index()]
+        .positions
+        .iter()
+        .map(|p| p.as_dvec3())
+        .min_by(|p, q| from_axis(*p).length().total_cmp(&from_axis(*q).length()))
+        .expect("vertices");
+    let normal = from_axis(deepest).normalize();
+    let contact = (axis + normal * radius).with_x(deepest.x);
+    let back = DVec3::X.cross(normal) * -DVec3::X.cross(normal).z.signum();
+    // Its ends are seen from there 12 and 16 degrees above the tangent plane.
+    let end = |up: f64, aside: f64| {
+        let (up, aside) = (up.to_radians(), aside.to_radians());
+        contact + 3.2 * (up.sin() * normal + up.cos() * (aside.cos() * back + aside.sin() * DVec3::X))
+    };
+    let (a, b) = (end(12.0, -25.0), end(16.0, 22.0));
+    scene.lights[0] = LinearLight::new("tube", a, b, 9000.0).into();
+    let prepared = prepare(&scene);
+    let found = ShadowEdges::compute(&prepared, prepared.all_triples());
+    let near: Vec<&ShadowEdge> = found
+        .iter()
+        .filter(|e| e.triple.receiver == capsule && e.triple.blocker == torus)
+        .filter(|e| middle(e).distance(contact) < 0.5)
+        .collect();
+
+    // How far penumbral edges are from the nearest umbral one, by their distance from the contact.
+    let width = |from: f64, to: f64| {
+        let umbral = || near.iter().filter(|e| e.kind == ShadowKind::Umbral);
+        let widths: Vec<f64> = near
+            .iter()
+            .filter(|e| e.kind == ShadowKind::Penumbral)
+            .filter(|e| (from..to).contains(&middle(e).distance(contact)))
+            .map(|e| umbral().fold(f64::MAX, |least, u| least.min(distance(middle(e), u))))
+            .collect();
+        assert!(widths.len() > 2, "{} edges between {from} and {to}", widths.len());
+        widths.iter().sum::<f64>() / widths.len() as f64
+    };
+    let (at_contact, beside) = (width(0.0, 0.12), width(0.3, 0.5));
+    // Under a tube of radius r that lies on a plane, light at an angle e grazes the tube r (1 - cos e) above the plane, and
+    // its shadow begins r tan(e / 2) beside the contact. The width is 0.3% of the torus's.
+    let tube = 0.5 * f64::from(prepared.object(torus).expect("a torus").bounds().size().x) - 0.82;
+    let expected = tube * (8f64.to_radians().tan() - 6f64.to_radians().tan());
+    assert!(
+        at_contact < 1.2 * expected,
+        "{at_contact} m wide at the contact, not {expected}"
+    );
+    assert!(
+        beside > 4.0 * at_contact,
+        "{at_contact} at the contact, {beside} m beside it"
+    );
+
+    // Exact visibility says the same on both sides of these edges.
+    let oracle = ShadowOracle::new(&world_triangles(&scene));
+    let mesh = prepared.object(capsule).expect("a capsule").mesh().edges();
+    let mut scratch = Vec::new();
+    let (mut looked_at, mut real) = (0, 0);
+    for edge in near.iter().filter(|e| middle(e).distance(contact) < 0.3) {
+        let [u, v, w] = mesh.corners(edge.face);
+        let [p, q] = edge.segment.map(Vec3::as_dvec3);
+        let across = (v - u).cross(w - u).cross(q - p).normalize();
+        let classes =
+            [1e-4, -1e-4].map(|step| oracle.class(middle(edge) + step * across, a, b, &mut scratch));
+        let other = if edge.kind == ShadowKind::Umbral {
+            LightClass::Umbra
+        } else {
+            LightClass::Lit
+        };
+        looked_at += 1;
+        real += usize::from((classes[0] == other) != (classes[1] == other));
+    }
+    // Where the shadows of both ends cross, an edge goes on for a little.
+    assert!(
+        looked_at > 20 && real * 20 >= looked_at * 19,
+        "{real} of {looked_at} edges are real"
+    );
+}
+
+fn middle(edge: &ShadowEdge) -> DVec3 {
+    let [a, b] = edge.segment.map(Vec3::as_dvec3);
+    0.5 * (a + b)
+}
+
+fn distance(p: DVec3, edge: &ShadowEdge) -> f64 {
+    let [a, b] = edge.segment.map(Vec3::as_dvec3);
+    let t = (p - a).dot(b - a) / (b - a).length_squared();
+    p.distance(a + (b - a) * t.clamp(0.0, 1.0))
+}
+
+#[test]
+fn neighbours_of_different_class_have_an_edge_between_them() {
+    for kind in ShadowScenes::ALL {
+        let mut all = ClassImage::default();
+        for seed in 30..33 {
+            let scene = kind.build(seed);
+            let prepared = prepare(&scene);
+            let mut edges: Vec<ShadowEdge> = compute(&scene).iter().copied().collect();
+            edges.extend(prepared.closing_gaps(LightId(0), 1 << 22).edges);
+            all.add(&class_image(
+                &scene,
+                6000,
+                |_, receiver| segments(edges.iter().filter(|e| e.triple.receiver == receiver)),
+                |_, _| (),
+            ));
+        }
+        let ClassImage {
+            points,
+            separated,
+            real,
+            ..
+        } = all;
+        assert!(
+            points.iter().all(|&n| n > 50) && separated.outer[1] > 50 && separated.inner[1] > 30,
+            "{kind:?}: too few changes in {all:?}"
+        );
+        let [outer, inner] = separated.shares();
+        let needed = if kind.is_simple() { 0.995 } else { 0.99 };
+        assert!(outer >= needed && inner >= needed, "{kind:?}: {all:?}");
+        // Few blockers, few edges at which nothing changes.
+        let [outer, _] = real.shares();
+        assert!(!kind.is_simple() || outer >= 0.99, "{kind:?}: {all:?}");
+    }
+}
+
+#[test]
+fn edges_of_outshone_lights_are_dropped() {
+    let mut scene = ShadowScenes::Box.build(4);
+    for i in 0..6u8 {
+        let at = DVec3::new(f64::from(i) - 3.0, 5.0, 2.0);
+        scene.add_light(LinearLight::new("", at, at + DVec3::Z, 1.0));
+    }
+    let prepared = prepare(&scene);
+    // Half of the light comes from the first, a millionth from the last three together.
+    let power = [1.0, 0.5, 0.3, 0.2, 5e-7, 5e-7, 1e-6];
+    let irradiance = |light: LightId, _: DVec3, normal: DVec3| {
+        assert!((normal.length() - 1.0).abs() < 1e-9, "a unit normal");
+        power[light.index()]
+    };
+    let all = ShadowEdges::compute(&prepared, prepared.all_triples());
+    for (threshold, gone) in [(0.0, 0), (7e-7, 2), (1.5e-6, 3), (0.06, 3), (0.12, 4), (2.0, 7)] {
+        let mut edges = all.clone();
+        let report = edges.drop_unimportant(&prepared, threshold, irradiance);
+        assert_eq!(report.kept + report.dropped, all.len(), "all are counted");
+        assert_eq!(report.kept, edges.len(), "kept");
+        let mut order: Vec<usize> = (0..7).collect();
+        order.sort_by(|&i, &j| power[i].total_cmp(&power[j]));
+        let dropped = &order[..gone];
+        let expected = all
+            .iter()
+            .filter(|e| dropped.contains(&e.triple.light.index()))
+            .count();
+        assert_eq!(report.dropped, expected, "threshold {threshold}");
+        assert!(
+            report.largest_dropped <= threshold,
+            "{report:?} with threshold {threshold}"
+        );
     }
 }
 

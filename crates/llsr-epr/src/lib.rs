@@ -6,6 +6,7 @@
 
 mod external;
 mod frame;
+mod movable;
 mod pool;
 mod still;
 
@@ -14,6 +15,7 @@ pub use frame::{
     BlindInterpolation, CameraPath, CameraPathError, FrameError, FrameRenderer, FrameReport, FrameSettings,
     LockstepRenderer, StageTimes, ray_trace,
 };
+pub use movable::movable_objects;
 pub use pool::{
     Harvest, Lockstep, Overflow, PoolCounts, PoolSettings, PoolStatus, ShaderPool, shade_lockstep,
 };

@@ -298,6 +298,55 @@ fn a_failing_shader_costs_samples_only() {
 }
 
 #[test]
+fn the_picture_stays_when_nobody_shades_any_more() {
+    let (scene, id) = boxed();
+    let (world, _) = World::new(Arc::new(scene), &[id]);
+    let world = Arc::new(world);
+    let shader = DirectShader::new(Arc::clone(&world), Vec3::ONE);
+    let settings = FrameSettings::default();
+    let stale = usize::from(settings.stale_frames);
+    let renderer = FrameRenderer::new(world.scene(), VIEWPORT, settings).expect("a size");
+    let mut lockstep = LockstepRenderer::new(renderer, VIEWPORT.pixels() / 50);
+    lockstep.warm_up(&shader, &camera());
+    for _ in 0..40 {
+        lockstep.draw(&camera());
+        lockstep.shade(&shader);
+    }
+    lockstep.draw(&camera());
+    let before = *lockstep.renderer.report();
+    // Far longer than an age can count.
+    for _ in 0..600 {
+        lockstep.draw(&camera());
+    }
+    let after = *lockstep.renderer.report();
+    assert_eq!(after.points.occupied, before.points.occupied, "no point is lost");
+    assert_eq!(
+        (after.silhouette_edges, after.shadow_edges),
+        (before.silhouette_edges, before.shadow_edges),
+        "and no edge"
+    );
+    // What moves is in doubt, shader or not.
+    let up = Affine3A::from_translation(Vec3::Y);
+    let change = world.moved(&[Place::Object(id, up)]).expect("it may move");
+    lockstep.renderer.changed(&change);
+    for _ in 0..=stale {
+        lockstep.draw(&camera());
+    }
+    let last = lockstep.renderer.report();
+    assert!(
+        last.points.occupied < before.points.occupied * 9 / 10,
+        "{} of {} points are left",
+        last.points.occupied,
+        before.points.occupied
+    );
+    assert!(
+        last.points.occupied > before.points.occupied / 4,
+        "the floor stays"
+    );
+    assert_eq!(last.holes, 0, "the picture stays");
+}
+
+#[test]
 fn nothing_known_is_one_large_hole() {
     let (scene, _) = boxed();
     let mut renderer = FrameRenderer::new(&scene, VIEWPORT, FrameSettings::default()).expect("size");

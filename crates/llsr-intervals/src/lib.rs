@@ -23,7 +23,7 @@ pub use plain::{PlainStatistics, PlainTree};
 pub use real::Real;
 pub use slices::IntervalSlices;
 pub use tree::{
-    FaceScratch, FaceStatistics, FaceTree, Instructions, Plane, PlaneScan, PlaneTree, QueryScratch,
+    FaceHit, FaceScratch, FaceStatistics, FaceTree, Instructions, Plane, PlaneScan, PlaneTree, QueryScratch,
     QueryStatistics, Select, TreeOptions, Wedge,
 };
 pub use vector::IntervalVec3;

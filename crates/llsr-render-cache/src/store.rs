@@ -165,9 +165,18 @@ impl PointStore {
     ///
     /// Call it once a frame with 1; where shading is slow, every few frames, so that ages tell more.
     pub fn advance(&mut self, ticks: u8, max_age: u8) -> usize {
+        self.advance_to_rest(ticks, u8::MAX, max_age)
+    }
+
+    /// The same, but points whose age is at most `rest` do not grow older than that: they wait for newer samples, however long
+    /// these take. Only what was made older still, by [`Fate`] or early ageing, goes on ageing until it is removed.
+    ///
+    /// For a display that must keep its picture when the shader is slow or gone.
+    pub fn advance_to_rest(&mut self, ticks: u8, rest: u8, max_age: u8) -> usize {
         let mut oldest = 0;
         for age in &mut self.age[..self.capacity] {
-            *age = age.saturating_add(ticks);
+            let most = if *age <= rest { rest } else { u8::MAX };
+            *age = age.saturating_add(ticks).min(most);
             oldest = oldest.max(*age);
         }
         if oldest <= max_age {

@@ -45,6 +45,12 @@ impl Axis {
         Self(axis.min(2) as u8)
     }
 
+    /// Its number.
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
     #[inline(always)]
     pub(crate) fn of<T>(self, vector: &[T; 3]) -> &T {
         // SAFETY: the only constructor makes indices below 3.
@@ -179,7 +185,7 @@ impl PencilStack {
                 .cast::<[ChildRef; WIDTH]>();
             to.write(s.compress(&node.children, mask));
             let to = self.rays.as_mut_ptr().add(self.len).cast::<[u8; WIDTH]>();
-            to.write(s.compress_bytes(rays, mask).to_le_bytes());
+            to.write(s.compress_byte_lanes(rays, mask).to_le_bytes());
         }
         self.len += mask.count_ones() as usize;
         assert!(

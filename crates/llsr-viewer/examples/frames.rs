@@ -5,9 +5,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use llsr_epr::movable_objects;
 use llsr_scene::{Viewport, demo};
 use llsr_shading::{DirectShader, Shader, World};
-use llsr_viewer::{Engine, ShaderChoice, ViewSettings, movable_objects};
+use llsr_viewer::{Engine, ShaderChoice, ViewSettings};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "rooms".to_owned());

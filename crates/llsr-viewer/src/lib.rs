@@ -10,7 +10,8 @@
 //!
 //! use llsr_scene::{Viewport, demo};
 //! use llsr_shading::{DirectShader, Shader, World};
-//! use llsr_viewer::{Engine, ShaderChoice, ViewSettings, movable_objects};
+//! use llsr_epr::movable_objects;
+//! use llsr_viewer::{Engine, ShaderChoice, ViewSettings};
 //!
 //! let scene = demo::build("torus-capsule").unwrap();
 //! let (camera, movable) = (scene.cameras[0].clone(), movable_objects(&scene));
@@ -37,7 +38,6 @@ mod engine;
 mod grip;
 mod jobs;
 mod keys;
-mod movable;
 mod overlay;
 mod pace;
 mod ration;
@@ -52,7 +52,6 @@ pub use engine::{Button, Engine};
 pub use grip::{Grip, surface_under};
 pub use jobs::PictureSettings;
 pub use keys::{Action, BINDINGS, Binding, Flight, MOUSE, Meaning, meaning};
-pub use movable::movable_objects;
 pub use record::Recorder;
 pub use rig::{Rig, Steering};
 pub use settings::{MakeShader, ShaderChoice, ViewError, ViewReport, ViewSettings};

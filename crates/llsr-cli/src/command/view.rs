@@ -21,12 +21,10 @@ mod window {
     use std::sync::Arc;
     use std::time::Instant;
 
-    use llsr_epr::FrameSettings;
+    use llsr_epr::{FrameSettings, movable_objects};
     use llsr_scene::Viewport;
     use llsr_shading::World;
-    use llsr_viewer::{
-        PictureSettings, ShaderChoice, ViewError, ViewReport, ViewSettings, movable_objects, view,
-    };
+    use llsr_viewer::{PictureSettings, ShaderChoice, ViewError, ViewReport, ViewSettings, view};
     use serde_json::json;
 
     use super::{Common, Failure, ViewArgs};

@@ -246,7 +246,13 @@ impl MeshEdges {
     /// # Panics
     /// If there is no such face.
     pub fn corners(&self, face: u32) -> [DVec3; 3] {
-        self.faces[face as usize].map(|v| self.positions[v as usize].as_dvec3())
+        // Written out: as a closure in a map it is not always inlined.
+        let [a, b, c] = self.faces[face as usize];
+        [
+            self.positions[a as usize].as_dvec3(),
+            self.positions[b as usize].as_dvec3(),
+            self.positions[c as usize].as_dvec3(),
+        ]
     }
 
     /// Edges of a single face; they bound the surface from every side, so they are silhouettes of every view.
@@ -290,9 +296,15 @@ impl MeshEdges {
 
     /// Do both faces of a pair face the viewer, with the second turned to match the first? (one side each)
     fn fronts(&self, viewer: &Viewpoint, edge: u32) -> [bool; 2] {
-        let Edge { faces, flipped, .. } = self.edges[edge as usize];
-        let [a, b] = faces.map(|face| self.sees_front(viewer, face));
-        [a, b != flipped]
+        let Edge {
+            faces: [first, second],
+            flipped,
+            ..
+        } = self.edges[edge as usize];
+        [
+            self.sees_front(viewer, first),
+            self.sees_front(viewer, second) != flipped,
+        ]
     }
 
     /// Writes to `found` the silhouette edges and the creases that `viewer` may see; those hidden behind other

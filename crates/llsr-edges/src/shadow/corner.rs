@@ -14,14 +14,15 @@
 //! is of one of these kinds or a VE event: the first hidden bit is at an end, or it lies where the fan's inside first
 //! touches a vertex. A change between part and none can also be a gap between two edges that closes (EEE).
 
-use std::cmp::Ordering;
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use llsr_intervals::orientation;
+use std::cmp::Ordering;
 
 use super::events::Kinds;
 use super::mesh::ShadowMesh;
+
+/// The measure of 180 degrees in [`is_covered`].
+const STRAIGHT: f64 = 2.0;
 
 /// A face around the vertex: its other two corners and their sides of the plane.
 #[derive(Clone, Copy, Debug)]
@@ -79,12 +80,12 @@ pub(super) fn corner_events(
             continue;
         };
         let arms = [corners[(place + 1) % 3], corners[(place + 2) % 3]];
-        let above = arms.map(is_above);
-        any_above |= above.contains(&true);
-        any_below |= above.contains(&false);
+        let above = [is_above(arms[0]), is_above(arms[1])];
+        any_above |= above[0] | above[1];
+        any_below |= !(above[0] & above[1]);
         crossings += usize::from(above[0] != above[1]);
         scratch.sectors.push(Sector {
-            arms: arms.map(|v| mesh.position(v) - at),
+            arms: [mesh.position(arms[0]) - at, mesh.position(arms[1]) - at],
             above,
         });
     }
@@ -95,8 +96,9 @@ pub(super) fn corner_events(
         }
         return;
     }
-    // To cover a half, sectors have to cross the plane at both ends of it.
-    if crossings < 2 {
+    // To cover a half, sectors have to cross the plane at both ends of it. In a ring of faces that crosses it twice,
+    // at different ends, both halves are covered.
+    if crossings < 2 || crossings == 2 && mesh.edges().is_closed() {
         return;
     }
     // A face's sector changes its end of the half where the side cuts the face's plane.
@@ -159,7 +161,11 @@ fn is_covered(
         }
         let heights = [0, 1].map(|i| height(arms[i], above[i]));
         let sides = arms.map(|arm| right.dot(arm));
-        let angle = |i: usize| heights[i].abs().atan2(sides[i]);
+        // Grows with the angle from 0 to 2 * 90 degrees as that does, at less cost.
+        let angle = |i: usize| {
+            let height = heights[i].abs();
+            1.0 - sides[i] / (sides[i].abs() + height)
+        };
         covered.push(if above[0] == above[1] {
             let (a, b) = (angle(0), angle(1));
             [a.min(b), a.max(b)]
@@ -169,7 +175,7 @@ fn is_covered(
             if crossing > 0.0 {
                 [0.0, angle(inside)]
             } else {
-                [angle(inside), PI]
+                [angle(inside), STRAIGHT]
             }
         });
     }
@@ -181,5 +187,5 @@ fn is_covered(
         }
         reached = to.max(reached);
     }
-    reached >= PI
+    reached >= STRAIGHT
 }

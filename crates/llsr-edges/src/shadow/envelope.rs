@@ -5,8 +5,10 @@
 pub(super) struct Piece {
     /// From the smaller to the larger place along the event's edge, in [0, 1].
     pub(super) s: [f64; 2],
-    /// Inverse distances at both; [`HIDING`](Self::HIDING) on the light's side of the blocker.
-    pub(super) w: [f64; 2],
+    /// Inverse distance at the first; [`HIDING`](Self::HIDING) on the light's side of the blocker.
+    w: f64,
+    /// Change of the inverse distance along the event's edge.
+    slope: f64,
     /// Which receiver.
     pub(super) slot: u32,
     /// Its face.
@@ -17,18 +19,30 @@ impl Piece {
     /// Nearer than all that can be shown.
     pub(super) const HIDING: f64 = 1e30;
 
+    /// Between two places `s` with the inverse distances `w` there, in any order.
+    pub(super) fn new(mut s: [f64; 2], mut w: [f64; 2], slot: u32, face: u32) -> Self {
+        if s[0] > s[1] {
+            s.reverse();
+            w.reverse();
+        }
+        let length = s[1] - s[0];
+        let slope = if length > 0.0 { (w[1] - w[0]) / length } else { 0.0 };
+        Self {
+            s,
+            w: w[0],
+            slope,
+            slot,
+            face,
+        }
+    }
+
     fn hides(&self) -> bool {
-        self.w[0] >= Self::HIDING
+        self.w >= Self::HIDING
     }
 
     /// Inverse distance at `s`.
     pub(super) fn at(&self, s: f64) -> f64 {
-        let length = self.s[1] - self.s[0];
-        if length <= 0.0 {
-            return self.w[0].max(self.w[1]);
-        }
-        let t = (s - self.s[0]) / length;
-        self.w[0] + (self.w[1] - self.w[0]) * t
+        self.w + self.slope * (s - self.s[0])
     }
 }
 
@@ -95,14 +109,21 @@ pub(super) fn visible_parts(
         if active.is_empty() {
             continue;
         }
+        if let [only] = active[..] {
+            shown.add(only, x, end);
+            x = end;
+            continue;
+        }
         // Between x and end the same pieces are there; they may cross.
         let top = highest(pieces, active, x, end);
         let piece = &pieces[top as usize];
+        let (here, there) = (piece.at(x), piece.at(end));
         let mut until = end;
         for &number in active.iter() {
             let other = &pieces[number as usize];
-            let (before, after) = (piece.at(x) - other.at(x), other.at(end) - piece.at(end));
-            if number != top && after > 0.0 {
+            let after = other.at(end) - there;
+            if after > 0.0 && number != top {
+                let before = here - other.at(x);
                 let crossing = x + (end - x) * (before.max(0.0) / (before.max(0.0) + after));
                 // Ties at x were decided by what is higher at the end.
                 if crossing > x {
@@ -163,12 +184,7 @@ mod tests {
     use super::*;
 
     fn piece(s: [f64; 2], w: [f64; 2]) -> Piece {
-        Piece {
-            s,
-            w,
-            slot: 0,
-            face: 0,
-        }
+        Piece::new(s, w, 0, 0)
     }
 
     fn parts(pieces: &[Piece]) -> Vec<(u32, f64, f64)> {

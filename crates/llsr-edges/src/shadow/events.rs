@@ -57,7 +57,6 @@ pub(super) struct EventScratch {
     edges: EdgeScratch,
     found: Vec<u32>,
     vertices: Vec<u32>,
-    corner: CornerScratch,
 }
 
 /// Appends the events of a light and a blocker.
@@ -83,6 +82,9 @@ pub(super) fn find_events(
         mesh.edges()
             .silhouettes(view, &mut scratch.edges, &mut scratch.found);
         scratch.found.extend(mesh.edges().boundaries());
+        // Edges are numbered by their vertices: so events that follow each other lie near each other, and meet the
+        // same parts of a receiver.
+        scratch.found.sort_unstable();
         for &edge in scratch.found.iter().filter(|&&edge| keep(edge)) {
             let neighbors = light
                 .neighbors(index)
@@ -112,9 +114,15 @@ pub(super) fn find_events(
         .possible_silhouettes(&views, &mut scratch.edges, &mut scratch.found);
     scratch.found.extend(mesh.edges().boundaries());
     scratch.vertices.clear();
-    for &edge in scratch.found.iter().filter(|&&edge| keep(edge)) {
-        scratch.vertices.extend(mesh.edges().edge(edge).vertices);
-    }
+    in_runs(
+        &scratch.found,
+        &mut scratch.vertices,
+        |run, vertices: &mut Vec<u32>, _: &mut ()| {
+            for &edge in run.iter().filter(|&&edge| keep(edge)) {
+                vertices.extend(mesh.edges().edge(edge).vertices);
+            }
+        },
+    );
     scratch.vertices.sort_unstable();
     scratch.vertices.dedup();
     for side in 0..light.sides() {
@@ -123,33 +131,59 @@ pub(super) fn find_events(
         let inner = light
             .opposite(side)
             .map(|p| blocker.to_object.transform_point3(p));
-        for &vertex in &scratch.vertices {
-            corner_events(
-                mesh,
-                vertex,
-                local,
-                inner,
-                &mut scratch.corner,
-                |kinds, [from, to]| {
-                    let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
-                    events.push(Event {
-                        kinds,
-                        source: ShadowSource::Vertex {
-                            side: side as u32,
-                            vertex,
-                        },
-                        points: [
-                            blocker.to_world.transform_point3(mesh.position(vertex)),
-                            at(from),
-                            at(to),
-                        ],
-                        own: [vertex; 2],
-                    });
+        let event = |vertex: u32, kinds: Kinds, [from, to]: [f64; 2]| {
+            let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
+            let place = blocker.to_world.transform_point3(mesh.position(vertex));
+            Event {
+                kinds,
+                source: ShadowSource::Vertex {
+                    side: side as u32,
+                    vertex,
                 },
-            );
-        }
+                points: [place, at(from), at(to)],
+                own: [vertex; 2],
+            }
+        };
+        in_runs(
+            &scratch.vertices,
+            events,
+            |run, events: &mut Vec<Event>, scratch: &mut CornerScratch| {
+                for &vertex in run {
+                    let add = |kinds, part| events.push(event(vertex, kinds, part));
+                    corner_events(mesh, vertex, local, inner, scratch, add);
+                }
+            },
+        );
     }
 }
+
+/// Appends to `out` what `f` makes of the items, in order; with the `rayon` feature long lists are cut into runs for all
+/// threads.
+fn in_runs<T: Send, S: Default>(
+    items: &[u32],
+    out: &mut Vec<T>,
+    f: impl Fn(&[u32], &mut Vec<T>, &mut S) + Sync,
+) {
+    #[cfg(feature = "rayon")]
+    if items.len() > RUN {
+        use rayon::prelude::*;
+        let parts: Vec<Vec<T>> = items
+            .par_chunks(RUN)
+            .map_init(S::default, |scratch, run| {
+                let mut part = Vec::new();
+                f(run, &mut part, scratch);
+                part
+            })
+            .collect();
+        out.extend(parts.into_iter().flatten());
+        return;
+    }
+    f(items, out, &mut S::default());
+}
+
+/// Edges or vertices that are worth a job of their own.
+#[cfg(feature = "rayon")]
+const RUN: usize = 2048;
 
 /// What changes across the plane through a light's corner and a silhouette edge, or nothing.
 ///

@@ -38,6 +38,7 @@
 mod corner;
 mod envelope;
 mod events;
+mod gaps;
 mod importance;
 mod light;
 mod mesh;
@@ -48,8 +49,10 @@ mod tessellate;
 mod triples;
 
 use glam::Vec3;
-use llsr_scene::Triple;
+use llsr_intervals::FaceStatistics;
+use llsr_scene::{ObjectId, Triple};
 
+pub use gaps::Gaps;
 pub use importance::ImportanceReport;
 pub use light::ShadowLight;
 pub use mesh::ShadowMesh;
@@ -85,6 +88,15 @@ pub enum ShadowSource {
         /// Welded vertex of the blocker.
         vertex: u32,
     },
+    /// An EEE event: a gap between two edges that closes ([`ShadowScene::closing_gaps`]).
+    Gap {
+        /// The object whose edge is nearer to the light; the other is the blocker.
+        near: ObjectId,
+        /// Its edge.
+        near_edge: u32,
+        /// Edge of the blocker.
+        far_edge: u32,
+    },
 }
 
 /// A segment on a receiver at which what it sees of a light changes its kind.
@@ -111,6 +123,10 @@ pub struct ShadowStatistics {
     pub events: usize,
     /// Intersections of an event with a receiver.
     pub queries: usize,
+    /// What these did in the trees of faces.
+    pub trees: FaceStatistics,
+    /// Faces looked at one by one.
+    pub faces: usize,
     /// Faces that events met, before nearer ones hid others.
     pub pieces: usize,
     /// Edges found.
@@ -120,6 +136,9 @@ pub struct ShadowStatistics {
 impl ShadowStatistics {
     fn add(&mut self, other: &Self) {
         self.queries += other.queries;
+        self.trees.nodes += other.trees.nodes;
+        self.trees.blocks += other.trees.blocks;
+        self.faces += other.faces;
         self.pieces += other.pieces;
         self.edges += other.edges;
     }

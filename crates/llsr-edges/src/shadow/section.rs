@@ -7,12 +7,13 @@
 //! lies behind others is one upper envelope.
 
 use glam::DVec3;
-use llsr_intervals::{FaceScratch, Viewpoint, Wedge};
+use llsr_intervals::{FaceHit, FaceScratch, Viewpoint, Wedge};
 
-use super::ShadowSource;
 use super::envelope::Piece;
 use super::events::Event;
+use super::mesh::ShadowMesh;
 use super::scene::ShadowObject;
+use super::{ShadowSource, ShadowStatistics};
 
 /// A face that touches the blocker within this part of its distance from the light counts as behind it: contacts are
 /// only as good as single-precision coordinates.
@@ -47,7 +48,7 @@ impl Frame {
 #[derive(Clone, Debug, Default)]
 pub(super) struct SectionScratch {
     tree: FaceScratch,
-    faces: Vec<u32>,
+    faces: Vec<FaceHit>,
 }
 
 /// Appends the pieces of `receiver` in the wedge of `event`, numbered `slot`; those on the light's side of the
@@ -59,7 +60,9 @@ pub(super) fn cut(
     is_own: bool,
     scratch: &mut SectionScratch,
     pieces: &mut Vec<Piece>,
+    statistics: &mut ShadowStatistics,
 ) {
+    statistics.queries += 1;
     let to_object = |p: DVec3| receiver.to_object.transform_point3(p);
     let [first, second, third] = event.points.map(to_object);
     let is_edge = matches!(event.source, ShadowSource::Edge { .. });
@@ -72,40 +75,40 @@ pub(super) fn cut(
     let Some(wedge) = Wedge::cone(first, [d0, d1]) else {
         return;
     };
+    // Of an EV event, what is before the vertex counts too.
+    let wedge = if is_edge { wedge } else { wedge.doubled() };
     let solid = receiver.mesh.is_solid();
-    let viewers = light.map(Viewpoint::at);
-    let [Some(from), Some(to)] = viewers else { return };
+    let [Some(from), Some(to)] = light.map(Viewpoint::at) else {
+        return;
+    };
     let both = [from, to];
     let viewers = match (solid, is_edge) {
         (false, _) => &both[..0],
         (true, true) => &both[..1],
         (true, false) => &both[..],
     };
+    let tree = receiver.mesh.faces();
+    scratch.faces.clear();
+    let done = tree.query(&wedge, viewers, &mut scratch.tree, &mut scratch.faces);
+    statistics.trees.nodes += done.nodes;
+    statistics.trees.blocks += done.blocks;
+    statistics.faces += scratch.faces.len();
+    // Alpha and beta are the same in all affine frames.
     let job = Job {
-        frame: Frame::new(first, d0, d1),
+        frame: Frame::new(
+            tree.to_frame(first),
+            tree.direction_to_frame(d0),
+            tree.direction_to_frame(d1),
+        ),
         is_edge,
-        light,
-        own: if is_own { event.own } else { [u32::MAX; 2] },
-        receiver,
+        light: light.map(|p| tree.to_frame(p)),
+        own: is_own.then_some(event.own),
+        mesh: &receiver.mesh,
         slot,
         solid,
     };
-    let tree = receiver.mesh.faces();
-    scratch.faces.clear();
-    tree.query(&wedge, viewers, &mut scratch.tree, &mut scratch.faces);
-    for &face in &scratch.faces {
-        job.face(face, false, pieces);
-    }
-    if is_edge {
-        return;
-    }
-    // Before the vertex, on the way from the light.
-    if let Some(wedge) = Wedge::cone(first, [-d0, -d1]) {
-        scratch.faces.clear();
-        tree.query(&wedge, viewers, &mut scratch.tree, &mut scratch.faces);
-        for &face in &scratch.faces {
-            job.face(face, true, pieces);
-        }
+    for &hit in &scratch.faces {
+        job.face(hit, pieces);
     }
 }
 
@@ -113,26 +116,25 @@ struct Job<'a> {
     frame: Frame,
     is_edge: bool,
     light: [DVec3; 2],
-    own: [u32; 2],
-    receiver: &'a ShadowObject,
+    /// Vertices of the receiver that lie in the event's plane.
+    own: Option<[u32; 2]>,
+    mesh: &'a ShadowMesh,
     slot: u32,
     solid: bool,
 }
 
+/// Place of a point in the wedge: alpha and beta.
+type Place = [f64; 2];
+
 impl Job<'_> {
-    /// Adds the piece of one face; `before`: of the part of an EV event on the light's side of the vertex.
-    fn face(&self, face: u32, before: bool, pieces: &mut Vec<Piece>) {
-        let edges = self.receiver.mesh.edges();
-        let vertices = edges.faces()[face as usize];
-        let own = vertices.map(|v| self.own.contains(&v));
-        if self.is_edge && own.iter().filter(|&&own| own).count() > 1 {
-            // A face at the edge itself.
-            return;
-        }
-        let corners = edges.corners(face);
+    /// Adds the pieces of one face.
+    fn face(&self, hit: FaceHit, pieces: &mut Vec<Piece>) {
+        let [a, b, c] = self.mesh.faces().corners(hit);
+        let [a, b, c] = [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()];
         if self.solid {
-            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-            if self.light.iter().all(|&l| normal.dot(l - corners[0]) <= 0.0) {
+            let normal = (b - a).cross(c - a);
+            let [from, to] = self.light;
+            if normal.dot(from - a) <= 0.0 && (self.is_edge || normal.dot(to - a) <= 0.0) {
                 return;
             }
         }
@@ -141,39 +143,57 @@ impl Job<'_> {
             normal,
             alpha,
             beta,
-        } = self.frame;
-        let mut height = [0.0; 3];
-        let mut place = [[0.0; 2]; 3];
+        } = &self.frame;
+        let [a, b, c] = [a - origin, b - origin, c - origin];
+        let mut height = [normal.dot(a), normal.dot(b), normal.dot(c)];
+        let mut place = [
+            [alpha.dot(a), beta.dot(a)],
+            [alpha.dot(b), beta.dot(b)],
+            [alpha.dot(c), beta.dot(c)],
+        ];
+        if let Some(own) = self.own
+            && !self.fix_own(hit.face, own, &mut height, &mut place)
+        {
+            return;
+        }
+        let Some([a, b]) = crossing(height, place) else {
+            return;
+        };
+        self.add(hit.face, a, b, pieces);
+        if !self.is_edge {
+            self.add_before(hit.face, [-a[0], -a[1]], [-b[0], -b[1]], pieces);
+        }
+    }
+
+    /// Puts the vertices that lie in the event's plane where they are, without rounding. False for faces at the
+    /// event's own edge.
+    fn fix_own(&self, face: u32, own: [u32; 2], height: &mut [f64; 3], place: &mut [Place; 3]) -> bool {
+        // Far from the blocker there is none of them; this saves a look at the list of faces.
+        let near = |p: &Place| (p[0] + p[1] - if self.is_edge { 1.0 } else { 0.0 }).abs() < 1e-3;
+        if !place.iter().any(near) {
+            return true;
+        }
+        let vertices = self.mesh.edges().faces()[face as usize];
+        let mut count = 0;
         for i in 0..3 {
-            let p = corners[i] - origin;
-            height[i] = normal.dot(p);
-            place[i] = [alpha.dot(p), beta.dot(p)];
-            if own[i] {
-                // Known without rounding.
+            if let Some(which) = own.iter().position(|&v| v == vertices[i]) {
+                count += 1;
                 height[i] = 0.0;
-                place[i] = match (self.is_edge, vertices[i] == self.own[0]) {
+                place[i] = match (self.is_edge, which) {
                     (false, _) => [0.0, 0.0],
-                    (true, true) => [1.0, 0.0],
-                    (true, false) => [0.0, 1.0],
+                    (true, 0) => [1.0, 0.0],
+                    (true, _) => [0.0, 1.0],
                 };
             }
         }
-        let Some([mut a, mut b]) = crossing(height, place) else {
-            return;
-        };
-        if before {
-            (a, b) = (a.map(|x| -x), b.map(|x| -x));
-        }
+        !self.is_edge || count < 2
+    }
+
+    /// Adds what lies in the cone behind the light.
+    fn add(&self, face: u32, a: Place, b: Place, pieces: &mut Vec<Piece>) {
         let Some((a, b)) = clip(a, b, |p| p[0]).and_then(|(a, b)| clip(a, b, |p| p[1])) else {
             return;
         };
-        if before {
-            // Between the light and the vertex.
-            let part = clip(a, b, |p| p[0] + p[1] - CONTACT)
-                .and_then(|(a, b)| clip(a, b, |p| 1.0 - CONTACT - (p[0] + p[1])));
-            self.push(part, face, true, pieces);
-            return;
-        }
         let nearest = if self.is_edge { 1.0 - CONTACT } else { NEAREST };
         self.push(clip(a, b, |p| p[0] + p[1] - nearest), face, false, pieces);
         if self.is_edge && (a[0] + a[1]).min(b[0] + b[1]) < nearest {
@@ -183,31 +203,32 @@ impl Job<'_> {
         }
     }
 
-    fn push(&self, part: Option<([f64; 2], [f64; 2])>, face: u32, hides: bool, pieces: &mut Vec<Piece>) {
+    /// Adds what lies between the light and the vertex of an EV event.
+    fn add_before(&self, face: u32, a: Place, b: Place, pieces: &mut Vec<Piece>) {
+        let part = clip(a, b, |p| p[0])
+            .and_then(|(a, b)| clip(a, b, |p| p[1]))
+            .and_then(|(a, b)| clip(a, b, |p| p[0] + p[1] - CONTACT))
+            .and_then(|(a, b)| clip(a, b, |p| 1.0 - CONTACT - (p[0] + p[1])));
+        self.push(part, face, true, pieces);
+    }
+
+    fn push(&self, part: Option<(Place, Place)>, face: u32, hides: bool, pieces: &mut Vec<Piece>) {
         let Some((a, b)) = part else { return };
-        let point = |p: [f64; 2]| {
-            let sum = p[0] + p[1];
-            ((p[1] / sum).clamp(0.0, 1.0), sum.recip())
+        let (sa, sb) = (a[0] + a[1], b[0] + b[1]);
+        let s = [(a[1] / sa).clamp(0.0, 1.0), (b[1] / sb).clamp(0.0, 1.0)];
+        let w = if hides {
+            [Piece::HIDING; 2]
+        } else {
+            [sa.recip(), sb.recip()]
         };
-        let (mut a, mut b) = (point(a), point(b));
-        if a.0 > b.0 {
-            std::mem::swap(&mut a, &mut b);
-        }
-        if hides {
-            (a.1, b.1) = (Piece::HIDING, Piece::HIDING);
-        }
-        pieces.push(Piece {
-            s: [a.0, b.0],
-            w: [a.1, b.1],
-            slot: self.slot,
-            face,
-        });
+        pieces.push(Piece::new(s, w, self.slot, face));
     }
 }
 
 /// The ends of the line in which a triangle crosses the plane of height 0, given the heights and places of its
 /// corners.
-fn crossing(height: [f64; 3], place: [[f64; 2]; 3]) -> Option<[[f64; 2]; 2]> {
+#[inline]
+fn crossing(height: [f64; 3], place: [Place; 3]) -> Option<[Place; 2]> {
     let mut ends = [[0.0; 2]; 2];
     let mut count = 0;
     for i in 0..3 {
@@ -216,7 +237,10 @@ fn crossing(height: [f64; 3], place: [[f64; 2]; 3]) -> Option<[[f64; 2]; 2]> {
             place[i]
         } else if height[i] * height[j] < 0.0 {
             let t = height[i] / (height[i] - height[j]);
-            [0, 1].map(|k| place[i][k] + (place[j][k] - place[i][k]) * t)
+            [
+                place[i][0] + (place[j][0] - place[i][0]) * t,
+                place[i][1] + (place[j][1] - place[i][1]) * t,
+            ]
         } else {
             continue;
         };
@@ -230,7 +254,8 @@ fn crossing(height: [f64; 3], place: [[f64; 2]; 3]) -> Option<[[f64; 2]; 2]> {
 }
 
 /// The part of a-b where `inside`, which is linear, is not negative.
-fn clip(a: [f64; 2], b: [f64; 2], inside: impl Fn([f64; 2]) -> f64) -> Option<([f64; 2], [f64; 2])> {
+#[inline]
+fn clip(a: Place, b: Place, inside: impl Fn(Place) -> f64) -> Option<(Place, Place)> {
     let (x, y) = (inside(a), inside(b));
     let cut = || {
         let t = x / (x - y);
@@ -250,6 +275,7 @@ pub(super) fn point_of(event: &Event, s: f64, w: f64) -> DVec3 {
     let along = second + (third - second) * s;
     match event.source {
         ShadowSource::Edge { .. } => first + (along - first) / w,
-        ShadowSource::Vertex { .. } => first + (first - along) / w,
+        // Gaps are no wedges and are walked by themselves.
+        ShadowSource::Vertex { .. } | ShadowSource::Gap { .. } => first + (first - along) / w,
     }
 }

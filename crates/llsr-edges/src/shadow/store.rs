@@ -265,7 +265,6 @@ fn run(
             let Some(receiver) = scene.object(id) else {
                 continue;
             };
-            chunk.statistics.queries += 1;
             cut(
                 event,
                 receiver,
@@ -273,6 +272,7 @@ fn run(
                 id == blocker,
                 &mut scratch.section,
                 &mut scratch.pieces,
+                &mut chunk.statistics,
             );
         }
         chunk.statistics.pieces += scratch.pieces.len();

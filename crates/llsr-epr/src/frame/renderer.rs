@@ -25,8 +25,9 @@ use crate::frame::share::share;
 
 /// Object of points of the background.
 const BACKGROUND: u32 = u32::MAX;
-/// Frames for which an object counts as visible after a sample of it: as long as a point lives.
-const VISIBLE_FRAMES: u64 = 255;
+/// An object counts as visible until so many samples a pixel have come in without meeting it. Not a number of frames: the
+/// shader may be slow, or gone.
+const VISIBLE_SAMPLES: f64 = 2.5;
 /// Passes that hand colours on to pixels that reach no point, two pixels each.
 const FILL_PASSES: usize = 2;
 /// Points of a cell of 8x8 pixels from which on the prediction asks for no more: one in five.
@@ -84,8 +85,9 @@ pub struct FrameRenderer {
     settings: FrameSettings,
     edges: SceneEdges,
     shadows: Option<Shadows>,
-    /// For each object the last frame in which a sample met it.
+    /// For each object the samples taken in when one met it last, and all of them.
     seen: Vec<u64>,
+    taken: u64,
     lights: Vec<LightSpan>,
     /// Did a light change since the last frame?
     relit: bool,
@@ -160,6 +162,7 @@ impl FrameRenderer {
                 .then(|| Shadows::new(scene, &edges, settings.shadow_least_share)),
             edges,
             seen: vec![0; scene.objects.len()],
+            taken: 0,
             lights: scene.lights.iter().map(LightSpan::of).collect(),
             relit: false,
             image: EdgePointImage::new(width, height, image)?,
@@ -257,6 +260,7 @@ impl FrameRenderer {
     /// Takes in what a shader answered: points, the objects that it met and the shadows that it saw.
     pub fn take(&mut self, points: &[ShadedPoint], met: &Encounters) {
         let start = Instant::now();
+        self.taken += points.len() as u64;
         for point in points {
             // Asked for ahead, from where the camera may never be: behind a wall, say, that is seen from both sides.
             let to_eye = self.camera.position.as_vec3() - point.position;
@@ -350,7 +354,9 @@ impl FrameRenderer {
         let matrix = camera.view_projection(self.viewport, NEAR);
 
         self.doubt_points();
-        self.store.advance(1, u8::MAX - 1);
+        // Ages beyond this are those of points in doubt.
+        let rest = u8::MAX - 1 - self.stale_frames();
+        self.store.advance_to_rest(1, rest, u8::MAX - 1);
         self.reproject(&matrix);
         ms.points = watch.lap() + self.coming.points;
 
@@ -452,13 +458,17 @@ impl FrameRenderer {
 
     fn see(&mut self, object: Option<ObjectId>) {
         if let Some(seen) = object.and_then(|id| self.seen.get_mut(id.index())) {
-            *seen = self.frame;
+            *seen = self.taken;
         }
     }
 
     /// What becomes of points whose colour may be wrong.
     fn doubt(&self) -> Fate {
-        Fate::Expire(self.settings.stale_frames.clamp(1, 200))
+        Fate::Expire(self.stale_frames())
+    }
+
+    fn stale_frames(&self) -> u8 {
+        self.settings.stale_frames.clamp(1, 200)
     }
 
     /// Dates the points whose light may have changed since the last frame.
@@ -508,8 +518,8 @@ impl FrameRenderer {
             ..
         } = &mut self.scratch;
         visible.clear();
-        let frame = self.frame;
-        let ids = (0..self.seen.len()).filter(|&i| frame - self.seen[i] <= VISIBLE_FRAMES);
+        let enough = (VISIBLE_SAMPLES * self.viewport.pixels() as f64) as u64;
+        let ids = (0..self.seen.len()).filter(|&i| self.taken - self.seen[i] <= enough);
         visible.extend(ids.map(ObjectId::from));
         let viewport = self.viewport;
         self.edges.find(

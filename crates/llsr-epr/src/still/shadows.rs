@@ -81,6 +81,7 @@ fn width(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge) -> Option<f64
     let [a, b] = match edge.source {
         ShadowSource::Edge { edge, .. } => mesh.segment(edge),
         ShadowSource::Vertex { vertex, .. } => [*mesh.positions().get(vertex as usize)?; 2],
+        ShadowSource::Gap { far_edge, .. } => mesh.segment(far_edge),
     }
     .map(|p| transform.transform_point3(p).as_dvec3());
     let along = b - a;

@@ -16,7 +16,7 @@ mod order;
 mod plane;
 mod scan;
 
-pub use faces::{FaceScratch, FaceStatistics, FaceTree, Wedge};
+pub use faces::{FaceHit, FaceScratch, FaceStatistics, FaceTree, Wedge};
 pub use kernel::Instructions;
 pub use plane::Plane;
 pub use scan::PlaneScan;

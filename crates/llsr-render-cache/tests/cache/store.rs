@@ -356,6 +356,21 @@ fn expiring_points_go_in_time_or_are_renewed() {
     );
 }
 
+#[test]
+fn points_rest_until_something_puts_them_in_doubt() {
+    let mut store = PointStore::new(100).expect("capacity");
+    let (near, far) = (Vec3::new(0.0, 0.0, -1.0), Vec3::new(0.0, 0.0, -9.0));
+    put(&mut store, &point(near, 0));
+    put(&mut store, &point(far, 0));
+    for tick in 0..1000 {
+        assert_eq!(store.advance_to_rest(1, 240, 254), 0, "tick {tick}");
+    }
+    let expired = store.invalidate_positions(|p| p.z > -5.0, Fate::Expire(3));
+    assert_eq!(expired, 1, "only the near one");
+    let gone: Vec<usize> = (0..4).map(|_| store.advance_to_rest(1, 240, 254)).collect();
+    assert_eq!(gone, [0, 0, 1, 0], "that one goes in time, the other never");
+}
+
 proptest! {
     /// Against a plain list of points and ages.
     #[test]

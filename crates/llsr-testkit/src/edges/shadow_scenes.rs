@@ -116,7 +116,18 @@ impl ShadowScenes {
                         1.0 + 0.3 * f32::from(i),
                         0.4 * symmetric(random),
                     );
-                    place(&mut scene, sheet(random), turned(random, 0.5, at));
+                    // None that cuts another: along the cut the surface of both has an edge that neither has.
+                    let before: Vec<[Vec3; 3]> = world_triangles(&scene).split_off(2);
+                    loop {
+                        let (mesh, transform) = (sheet(random), turned(random, 0.5, at));
+                        let this: Vec<[Vec3; 3]> = (0..mesh.triangles.len())
+                            .map(|i| mesh.corners(i).map(|p| transform.transform_point3(p)))
+                            .collect();
+                        if !any_side_cut(&this, &before) && !any_side_cut(&before, &this) {
+                            place(&mut scene, mesh, transform);
+                            break;
+                        }
+                    }
                 }
             }
             Self::Rough => place(
@@ -210,6 +221,15 @@ fn sheet(random: &mut Pcg64Mcg) -> Mesh {
     }
     mesh.materials = vec![MaterialId(0); mesh.triangles.len()];
     mesh
+}
+
+/// Does a side of one of the triangles `a` go through one of `b`?
+fn any_side_cut(a: &[[Vec3; 3]], b: &[[Vec3; 3]]) -> bool {
+    let b = ShadowOracle::new(b);
+    let sides = a.iter().flat_map(|&[x, y, z]| [[x, y], [y, z], [z, x]]);
+    sides
+        .map(|side| side.map(Vec3::as_dvec3))
+        .any(|[p, q]| b.is_cut(p, q))
 }
 
 /// A slab around an octagonal hole.
@@ -309,7 +329,7 @@ pub fn shadow_coverage(
     coverage
 }
 
-fn lit_faces(scene: &Scene, object: usize, ends: [DVec3; 2]) -> Vec<[DVec3; 3]> {
+pub(super) fn lit_faces(scene: &Scene, object: usize, ends: [DVec3; 2]) -> Vec<[DVec3; 3]> {
     let Object {
         geometry, transform, ..
     } = &scene.objects[object];
@@ -323,7 +343,7 @@ fn lit_faces(scene: &Scene, object: usize, ends: [DVec3; 2]) -> Vec<[DVec3; 3]> 
         .collect()
 }
 
-fn area([a, b, c]: &[DVec3; 3]) -> f64 {
+pub(super) fn area([a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 

@@ -67,3 +67,32 @@ pub fn line_irradiance(
     }
     total
 }
+
+/// The same in plain doubles by Simpson's rule on `steps` pairs of intervals: for stretches that are short beside their distance
+/// from the receiver and lie above its horizon.
+pub fn short_line_irradiance(
+    position: DVec3,
+    normal: DVec3,
+    (a, b): (DVec3, DVec3),
+    law: Law,
+    (t0, t1): (f64, f64),
+    steps: u32,
+) -> f64 {
+    let axis = (b - a).normalize();
+    let density = |t: f64| {
+        let x = a + (b - a) * t - position;
+        let to = x.normalize();
+        let emission = match law {
+            Law::Diffuse => axis.cross(to).length() / (std::f64::consts::PI * std::f64::consts::PI),
+            Law::Isotropic => 0.25 / std::f64::consts::PI,
+        };
+        emission * normal.dot(to).max(0.0) / x.length_squared()
+    };
+    let h = (t1 - t0) / f64::from(steps);
+    (0..steps)
+        .map(|i| {
+            let t = t0 + h * f64::from(i);
+            (density(t) + 4.0 * density(t + 0.5 * h) + density(t + h)) * h / 6.0
+        })
+        .sum()
+}

@@ -10,4 +10,4 @@ pub use adaptive::{Sum, adaptive};
 pub use area::{Element, area_irradiance, cylinder, ellipse, parallelogram};
 pub use double_double::{DoubleDouble, WideVec3};
 pub use glossy::{metal_rough, reflected};
-pub use line::{Law, line_irradiance};
+pub use line::{Law, line_irradiance, short_line_irradiance};

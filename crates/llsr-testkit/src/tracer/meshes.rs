@@ -37,6 +37,58 @@ pub fn bumpy_knot(around: u32, across: u32, bumps: f32, material: MaterialId) ->
     })
 }
 
+/// Radius of the [`hare`] in a unit direction.
+pub fn hare_radius(direction: Vec3) -> f32 {
+    let bump = |at: Vec3, height: f32, width: f32| {
+        height * (-(1.0 - direction.dot(at.normalize())).max(0.0) / width).exp()
+    };
+    let fur =
+        (23.0 * direction.x + 3.0).sin() * (29.0 * direction.y).sin() * (31.0 * direction.z + 1.0).sin();
+    0.55 + 0.02 * fur
+        + bump(Vec3::new(0.35, 0.9, 0.1), 0.9, 0.012)
+        + bump(Vec3::new(0.35, 0.9, -0.35), 0.8, 0.01)
+        + bump(Vec3::new(0.9, 0.45, -0.1), 0.3, 0.08)
+        + bump(Vec3::new(-1.0, -0.1, 0.0), 0.2, 0.03)
+        + bump(Vec3::new(0.3, -1.0, 0.5), 0.15, 0.05)
+}
+
+/// A body with a head, two long ears and fur, seen as a whole from its middle (every ray from there crosses it once), of
+/// `2 * around * (across - 1)` triangles; closed. The ears reach about 1.5 m.
+pub fn hare(around: u32, across: u32, material: MaterialId) -> Mesh {
+    let at = |ring: u32, i: u32| {
+        let (st, ct) = (0.5 * TAU * ring as f32 / across as f32).sin_cos();
+        let (sp, cp) = (TAU * i as f32 / around as f32).sin_cos();
+        let direction = Vec3::new(st * cp, ct, st * sp);
+        direction * hare_radius(direction)
+    };
+    let mut positions = vec![at(0, 0), at(across, 0)];
+    let vertex = |ring: u32, i: u32| match ring {
+        0 => 0,
+        _ if ring == across => 1,
+        _ => 2 + (ring - 1) * around + i % around,
+    };
+    let mut triangles = Vec::new();
+    for ring in 0..across {
+        for i in 0..around {
+            let corners = [
+                vertex(ring, i),
+                vertex(ring, i + 1),
+                vertex(ring + 1, i + 1),
+                vertex(ring + 1, i),
+            ];
+            let [a, b, c, d] = corners;
+            if ring > 0 {
+                positions.push(at(ring, i));
+                triangles.push([a, b, c]);
+            }
+            if ring + 1 < across {
+                triangles.push([a, c, d]);
+            }
+        }
+    }
+    Mesh::new("hare", positions, triangles, material)
+}
+
 /// A closed grid, periodic in both directions.
 fn grid(name: &str, around: u32, across: u32, material: MaterialId, at: impl Fn(f32, f32) -> Vec3) -> Mesh {
     let mut positions = Vec::with_capacity((around * across) as usize);

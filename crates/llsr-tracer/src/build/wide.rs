@@ -2,12 +2,13 @@
 //!
 //! Which binary nodes become children of which wide node is chosen by dynamic programming over the surface-area
 //! cost (Ylitie, Karras, Laine 2017, section 4.1): `cost(n, k)` is the least cost of the subtree at `n` as at most
-//! `k` children of one wide node. A leaf is one block of up to eight triangles and costs the same however
+//! `k` children of one wide node. A leaf is one block of up to sixteen triangles and costs the same however
 //! full it is, because all lanes are tested at once.
 
 use llsr_scene::Bounds;
 
 use super::binary::BinaryTree;
+use super::repack::fill_blocks;
 use crate::block::BLOCK;
 use crate::pages::Pages;
 
@@ -175,6 +176,7 @@ impl WideTree {
             };
         }
         let mut tree = BinaryTree::clustered(boxes);
+        fill_blocks(&mut tree, boxes, triangles);
         let mut plan = Collapse::new(&tree, triangles).plan();
         if plan.stack_needed() > STACK {
             tree = BinaryTree::balanced(boxes);

@@ -1,239 +1,234 @@
-//! Fans against eight boxes or sixteen triangles at a time, in single precision with padding.
+//! Fans against eight boxes at a time, in single precision with padding.
 //!
 //! A box meets the fan's triangle only if it is not wholly on one side of the plane, beyond one of the two
-//! outer rays, or beyond the light. Each of these is a linear function whose extreme over a box is attained at
-//! the corner that its gradient's signs select; over a triangle, at one of its corners. Coordinates are taken relative to
-//! p first, so that the error is relative to the distance from p to the farthest corner of the tree, not to the
-//! distance from the origin.
+//! outer rays, or beyond the light. The first is a linear function whose extreme over a box is attained at the
+//! corner that its gradient's signs select. The others depend on two coordinates only (see `plane`), so that four
+//! corners tell all, and the light parameters of these bound what the box may hide. Coordinates are taken
+//! relative to p first, so that the error is relative to the distance from p to the farthest corner of the tree,
+//! not to the distance from the origin.
 
-use glam::DVec3;
 use llsr_scene::Bounds;
 
 use super::plane::FanPlane;
-use crate::block::{BLOCK, TriangleBlock};
+use crate::block::TriangleBlock;
 use crate::build::{WIDTH, WideNode};
 use crate::lanes::{Floats, Simd};
-use crate::unchecked::Plane;
+use crate::unchecked::{Axis, Plane};
 
 /// Unit roundoff of `f32`.
 const U: f32 = f32::EPSILON / 2.0;
 
-/// A linear function of position.
-#[derive(Clone, Copy, Debug)]
-struct Linear {
-    gradient: [f32; 3],
-    /// Value at the rounded p, and the bound of all rounding.
-    constant: f32,
-    padding: f32,
-    /// Which plane of a box gives the largest and the smallest value on each axis.
-    largest: [Plane; 3],
-    smallest: [Plane; 3],
-}
-
-impl Linear {
-    /// `gradient . (x - p)`, to be evaluated at `x` - `rounded_p`, whose components are at most `reach`.
-    #[inline(always)]
-    fn new(gradient: DVec3, p: DVec3, rounded_p: [f32; 3], reach: f32) -> Self {
-        let g = gradient.as_vec3().to_array();
-        let moved = DVec3::from(rounded_p.map(f64::from)) - p;
-        let constant = gradient.dot(moved) as f32;
-        // The gradient, the difference, three products and three sums are rounded.
-        let padding = 16.0 * U * ((g[0].abs() + g[1].abs() + g[2].abs()) * reach + constant.abs());
-        let plane = |axis: usize, largest: bool| Plane::new(axis, (g[axis] > 0.0) == largest);
-        Self {
-            gradient: g,
-            constant,
-            padding,
-            largest: [plane(0, true), plane(1, true), plane(2, true)],
-            smallest: [plane(0, false), plane(1, false), plane(2, false)],
-        }
-    }
-}
-
-/// `p` is where the coordinates are taken from.
-#[inline(always)]
-fn extreme<S: Simd>(
-    s: S,
-    linear: &Linear,
-    p: &[f32; 3],
-    node: &WideNode,
-    planes: [Plane; 3],
-    value: f32,
-) -> S::F {
-    // Without closures: they are not compiled with the caller's instructions.
-    let [gx, gy, gz] = linear.gradient;
-    let (gx, gy, gz) = (S::F::splat(s, gx), S::F::splat(s, gy), S::F::splat(s, gz));
-    let x = S::F::load(s, planes[0].of(node)).sub(S::F::splat(s, p[0]));
-    let y = S::F::load(s, planes[1].of(node)).sub(S::F::splat(s, p[1]));
-    let z = S::F::load(s, planes[2].of(node)).sub(S::F::splat(s, p[2]));
-    gx.mul_add(x, gy.mul_add(y, gz.mul_add(z, S::F::splat(s, value))))
-}
-
-/// At least the largest value over each box.
-#[inline(always)]
-fn most<S: Simd>(s: S, linear: &Linear, p: &[f32; 3], node: &WideNode) -> S::F {
-    extreme(
-        s,
-        linear,
-        p,
-        node,
-        linear.largest,
-        linear.constant + linear.padding,
-    )
-}
-
-/// At most the smallest value over each box.
-#[inline(always)]
-fn least<S: Simd>(s: S, linear: &Linear, p: &[f32; 3], node: &WideNode) -> S::F {
-    extreme(
-        s,
-        linear,
-        p,
-        node,
-        linear.smallest,
-        linear.constant - linear.padding,
-    )
-}
-
-/// The least and greatest value over each triangle, without padding.
-#[inline(always)]
-fn over_triangles<S: Simd>(s: S, linear: &Linear, x: &[S::W; 3], corners: &[[u8; BLOCK]; 3]) -> (S::W, S::W) {
-    let [gx, gy, gz] = linear.gradient;
-    let (gx, gy, gz) = (S::W::splat(s, gx), S::W::splat(s, gy), S::W::splat(s, gz));
-    let value = gx.mul_add(
-        x[0],
-        gy.mul_add(x[1], gz.mul_add(x[2], S::W::splat(s, linear.constant))),
-    );
-    let [a, b, c] = corners;
-    let (a, b, c) = (s.permute(value, a), s.permute(value, b), s.permute(value, c));
-    (a.min(b).min(c), a.max(b).max(c))
-}
-
 /// A fan prepared for the boxes and blocks of one tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BoxFilter {
+    axes: [Axis; 3],
+    /// For u, v and the last axis the plane of a box where the side is least and where it is greatest.
+    planes: [[Plane; 2]; 3],
+    /// The rounded p, in the fan's axes.
     p: [f32; 3],
-    reach: f32,
-    /// Distance from the plane, in some unit.
-    side: Linear,
-    /// 0 at p, 1 on the light.
-    height: Linear,
-    /// alpha - middle * h.
-    across: Linear,
-    middle: f32,
-    /// alpha - t0 h and t1 h - alpha for the outer rays at t0 and t1.
-    left: Linear,
-    right: Linear,
+    /// The side is the last coordinate and these times u and v.
+    slope: [f32; 2],
+    /// Without the constant and beyond all rounding: a point with a greater one is above the plane, ...
+    above: f32,
+    /// ... with a smaller one below it.
+    below: f32,
+    /// alpha and h by u, v and 1.
+    alpha: [f32; 3],
+    height: [f32; 3],
+    /// Bounds of the rounding of h, and of alpha - t h for t in [0, 1].
+    height_error: f32,
+    error: f32,
+    /// The light parameters asked for.
+    range: [f32; 2],
 }
 
 /// The children of a node that the fan may meet.
 pub(super) struct Met {
     /// One bit a child.
     pub(super) mask: u32,
-    /// The light parameters behind each child: at most the least and at least the greatest.
+    /// The light parameters in [0, 1] behind each child: at most the least and at least the greatest, where `bounded`.
     pub(super) t_min: [f32; WIDTH],
     pub(super) t_max: [f32; WIDTH],
-    /// At most the least h of each child: 0 at p, 1 on the light.
+    /// Children that lie before p beyond doubt.
+    pub(super) bounded: u32,
+    /// About the least h of each child: 0 at p, 1 on the light.
     pub(super) near: [f32; WIDTH],
 }
 
 impl BoxFilter {
-    /// Prepares the fan for boxes inside `bounds`, in front of [`t0`, `t1`].
+    /// Prepares the fan for boxes inside `bounds`, in front of the light parameters `range`; `None` if nothing is in
+    /// `bounds` or p is beyond single precision.
     #[inline(always)]
-    pub(super) fn new(fan: &FanPlane, bounds: &Bounds, range: [f64; 2]) -> Self {
+    pub(super) fn new(fan: &FanPlane, bounds: &Bounds, range: [f64; 2]) -> Option<Self> {
         let rounded = fan.p.as_vec3();
         let reach = (bounds.max - rounded)
             .abs()
             .max((bounds.min - rounded).abs())
             .max_element()
             * (1.0 + 4.0 * f32::EPSILON);
-        let p = rounded.to_array();
-        let side = Linear::new(fan.normal / fan.normal.abs().max_element(), fan.p, p, reach);
-        let height = Linear::new(fan.height, fan.p, p, reach);
-        let mut filter = Self {
-            p,
-            reach,
-            side,
-            height,
-            across: height,
-            middle: 0.0,
-            left: height,
-            right: height,
+        if !reach.is_finite() {
+            return None;
+        }
+        let turn = |v: [f32; 3]| fan.axes.map(|axis| *axis.of(&v));
+        let p = turn(rounded.to_array());
+        let moved = (rounded.as_dvec3() - fan.p).to_array();
+        let moved = fan.axes.map(|axis| *axis.of(&moved));
+        let steep = 1.0 / fan.normal[2];
+        let steep = [fan.normal[0] * steep, fan.normal[1] * steep];
+        let slope = steep.map(|x| x as f32);
+        let side = (moved[2] + steep[0] * moved[0] + steep[1] * moved[1]) as f32;
+        // The gradient, the differences, the products and the sums are rounded; so are the sums below.
+        let side_error = 16.0 * U * (3.0 * reach + side.abs());
+        let linear = |[u, v]: [f64; 2]| {
+            let constant = (u * moved[0] + v * moved[1]) as f32;
+            let (u, v) = (u as f32, v as f32);
+            let error = 16.0 * U * ((u.abs() + v.abs()) * reach + constant.abs()) + f32::MIN_POSITIVE;
+            ([u, v, constant], error)
         };
-        filter.narrow(fan, range);
-        filter
+        let (mut alpha, mut alpha_error) = linear(fan.alpha);
+        let (mut height, mut height_error) = linear(fan.height);
+        if !(alpha_error < 1e20 && height_error < 1e20) {
+            // Nothing is left out.
+            (alpha, alpha_error) = ([0.0; 3], f32::INFINITY);
+            (height, height_error) = ([0.0; 3], f32::INFINITY);
+        }
+        let plane = |place: usize, positive: bool| {
+            let axis = fan.axes[place].index();
+            [Plane::new(axis, !positive), Plane::new(axis, positive)]
+        };
+        let mut filter = Self {
+            axes: fan.axes,
+            planes: [
+                plane(0, slope[0] >= 0.0),
+                plane(1, slope[1] >= 0.0),
+                plane(2, true),
+            ],
+            p,
+            slope,
+            above: side_error - side,
+            below: -side_error - side,
+            alpha,
+            height,
+            height_error,
+            error: 1.1 * (alpha_error + height_error),
+            range: [0.0, 1.0],
+        };
+        filter.narrow(range);
+        Some(filter)
     }
 
     /// Looks for boxes in front of [`t0`, `t1`] only.
     #[inline(always)]
-    pub(super) fn narrow(&mut self, fan: &FanPlane, [t0, t1]: [f64; 2]) {
-        let middle = 0.5 * (t0 + t1) as f32;
-        let (p, reach) = (self.p, self.reach);
-        self.left = Linear::new(fan.alpha - fan.height * t0, fan.p, p, reach);
-        self.right = Linear::new(fan.height * t1 - fan.alpha, fan.p, p, reach);
-        self.across = Linear::new(fan.alpha - fan.height * f64::from(middle), fan.p, p, reach);
-        self.middle = middle;
+    pub(super) fn narrow(&mut self, [t0, t1]: [f64; 2]) {
+        // Parameters in [0, 1] are rounded by less than this.
+        self.range = [t0 as f32 - 2.0 * U, t1 as f32 + 2.0 * U];
     }
 
     /// Which children the fan may meet, and which light parameters they may hide.
     #[inline(always)]
     pub(super) fn meets<S: Simd>(&self, s: S, node: &WideNode) -> Met {
-        let p = &self.p;
-        let (zero, one) = (S::F::splat(s, 0.0), S::F::splat(s, 1.0));
-        let mut mask = least(s, &self.side, p, node).le(zero) & zero.le(most(s, &self.side, p, node));
-        mask &= zero.le(most(s, &self.left, p, node)) & zero.le(most(s, &self.right, p, node));
-        let (near, far) = (least(s, &self.height, p, node), most(s, &self.height, p, node));
-        mask &= near.le(one) & zero.le(far);
-        if mask == 0 {
-            return Met {
-                mask,
-                t_min: [0.0; WIDTH],
-                t_max: [0.0; WIDTH],
-                near: [0.0; WIDTH],
-            };
-        }
-        // alpha / h - middle is extreme at corners; where the box reaches p nothing bounds it. What lies beyond the light does
-        // not matter.
-        let tiny = S::F::splat(s, 1e-30);
-        let near_h = one.div(near.max(tiny));
-        let far_h = one.div(far.max(tiny).min(one));
-        let (lo, hi) = (least(s, &self.across, p, node), most(s, &self.across, p, node));
-        let middle = S::F::splat(s, self.middle);
-        let slack = S::F::splat(s, 8.0 * U);
-        let t_min = lo.mul(near_h).min(lo.mul(far_h));
-        let t_min = middle.sub(slack).add(slack.neg_mul_add(t_min.abs(), t_min));
-        let t_max = hi.mul(near_h).max(hi.mul(far_h));
-        let t_max = middle.add(slack).add(slack.mul_add(t_max.abs(), t_max));
+        // Without closures: they are not compiled with the caller's instructions.
+        let [pu, pv, pk] = self.p;
+        let [[u0, u1], [v0, v1], [k0, k1]] = self.planes;
+        let (pu, pv, pk) = (S::F::splat(s, pu), S::F::splat(s, pv), S::F::splat(s, pk));
+        let u0 = S::F::load(s, u0.of(node)).sub(pu);
+        let u1 = S::F::load(s, u1.of(node)).sub(pu);
+        let v0 = S::F::load(s, v0.of(node)).sub(pv);
+        let v1 = S::F::load(s, v1.of(node)).sub(pv);
+        let k0 = S::F::load(s, k0.of(node)).sub(pk);
+        let k1 = S::F::load(s, k1.of(node)).sub(pk);
+        let (su, sv) = (S::F::splat(s, self.slope[0]), S::F::splat(s, self.slope[1]));
+        let least = su.mul_add(u0, sv.mul_add(v0, k0));
+        let most = su.mul_add(u1, sv.mul_add(v1, k1));
+        let mut mask = least.le(S::F::splat(s, self.above)) & S::F::splat(s, self.below).le(most);
+
+        let alpha = corners(s, &self.alpha, u0, u1, v0, v1);
+        let height = corners(s, &self.height, u0, u1, v0, v1);
+        let near = height[0].min(height[1]).min(height[2].min(height[3]));
+        let far = height[0].max(height[1]).max(height[2].max(height[3]));
+        mask &= near.le(S::F::splat(s, 1.0 + self.height_error));
+        mask &= S::F::splat(s, -self.height_error).le(far);
+        // Beyond an outer ray?
+        let (t0, t1) = (S::F::splat(s, self.range[0]), S::F::splat(s, self.range[1]));
+        let right = [
+            t0.neg_mul_add(height[0], alpha[0]),
+            t0.neg_mul_add(height[1], alpha[1]),
+            t0.neg_mul_add(height[2], alpha[2]),
+            t0.neg_mul_add(height[3], alpha[3]),
+        ];
+        let left = [
+            t1.mul_sub(height[0], alpha[0]),
+            t1.mul_sub(height[1], alpha[1]),
+            t1.mul_sub(height[2], alpha[2]),
+            t1.mul_sub(height[3], alpha[3]),
+        ];
+        let error = S::F::splat(s, -self.error);
+        mask &= error.le(right[0].max(right[1]).max(right[2].max(right[3])));
+        mask &= error.le(left[0].max(left[1]).max(left[2].max(left[3])));
+
+        // A quotient alpha / h in [0, 1] is wrong by at most the error over the computed h, and its own rounding; one outside
+        // does not enter [0, 1] by more than that.
+        let one = S::F::splat(s, 1.0);
+        let bounded = S::F::splat(s, 2.0 * self.height_error).lt(near);
+        let i = [
+            one.div(height[0]),
+            one.div(height[1]),
+            one.div(height[2]),
+            one.div(height[3]),
+        ];
+        let t = [
+            alpha[0].mul(i[0]),
+            alpha[1].mul(i[1]),
+            alpha[2].mul(i[2]),
+            alpha[3].mul(i[3]),
+        ];
+        let largest = i[0].max(i[1]).max(i[2].max(i[3]));
+        let slack = S::F::splat(s, self.error).mul_add(largest, S::F::splat(s, 8.0 * U));
+        let t_min = t[0].min(t[1]).min(t[2].min(t[3])).sub(slack);
+        let t_max = t[0].max(t[1]).max(t[2].max(t[3])).add(slack);
         Met {
             mask,
             t_min: t_min.store(),
             t_max: t_max.store(),
+            bounded,
             near: near.store(),
         }
     }
 
-    /// Which triangles of a block the fan may cut.
+    /// The triangles of a block that the plane may cut.
     #[inline(always)]
     pub(super) fn cuts<S: Simd>(&self, s: S, block: &TriangleBlock) -> u32 {
-        let [x, y, z] = &block.vertices;
-        let x = [
-            S::W::load(s, x).sub(S::W::splat(s, self.p[0])),
-            S::W::load(s, y).sub(S::W::splat(s, self.p[1])),
-            S::W::load(s, z).sub(S::W::splat(s, self.p[2])),
-        ];
-        let corners = &block.corners;
-        let padding = S::W::splat(s, self.side.padding);
-        let (lo, hi) = over_triangles(s, &self.side, &x, corners);
-        let mut mask = block.used & lo.le(padding) & S::W::splat(s, -self.side.padding).le(hi);
-        if mask == 0 {
+        let [u, v, k] = self.axes;
+        let u = S::W::load(s, u.of(&block.vertices)).sub(S::W::splat(s, self.p[0]));
+        let v = S::W::load(s, v.of(&block.vertices)).sub(S::W::splat(s, self.p[1]));
+        let k = S::W::load(s, k.of(&block.vertices)).sub(S::W::splat(s, self.p[2]));
+        let (su, sv) = (S::W::splat(s, self.slope[0]), S::W::splat(s, self.slope[1]));
+        let side = su.mul_add(u, sv.mul_add(v, k));
+        let not_above = side.le(S::W::splat(s, self.above));
+        let not_below = S::W::splat(s, self.below).le(side);
+        if not_above == 0 || not_below == 0 {
             return 0;
         }
-        let (_, hi) = over_triangles(s, &self.left, &x, corners);
-        mask &= S::W::splat(s, -self.left.padding).le(hi);
-        let (_, hi) = over_triangles(s, &self.right, &x, corners);
-        mask &= S::W::splat(s, -self.right.padding).le(hi);
-        let (lo, hi) = over_triangles(s, &self.height, &x, corners);
-        let padding = self.height.padding;
-        mask & lo.le(S::W::splat(s, 1.0 + padding)) & S::W::splat(s, -padding).le(hi)
+        let [a, b, c] = &block.corners;
+        let below =
+            s.permute_bits(not_above, a) | s.permute_bits(not_above, b) | s.permute_bits(not_above, c);
+        let above =
+            s.permute_bits(not_below, a) | s.permute_bits(not_below, b) | s.permute_bits(not_below, c);
+        below & above & block.used
     }
+}
+
+/// A linear function of u and v at the four corners.
+#[inline(always)]
+fn corners<S: Simd>(s: S, linear: &[f32; 3], u0: S::F, u1: S::F, v0: S::F, v1: S::F) -> [S::F; 4] {
+    let [gu, gv, constant] = *linear;
+    let (gu, gv) = (S::F::splat(s, gu), S::F::splat(s, gv));
+    let constant = S::F::splat(s, constant);
+    let (at0, at1) = (gv.mul_add(v0, constant), gv.mul_add(v1, constant));
+    [
+        gu.mul_add(u0, at0),
+        gu.mul_add(u1, at0),
+        gu.mul_add(u0, at1),
+        gu.mul_add(u1, at1),
+    ]
 }

@@ -2,6 +2,7 @@
 
 use llsr_visibility::Partition;
 
+use super::gaps::Keep;
 use super::plane::FanPlane;
 use super::traverse::walk_leaves;
 use super::{FanQuery, FanReport, FanScratch};
@@ -41,7 +42,7 @@ impl Tracer {
         if shaft.sight() == Sight::Blocked {
             return report;
         }
-        scratch.gaps.reset(t0, t1);
+        scratch.gaps.reset(t0, t1, Keep::All);
         self.level().run(FanThroughLeaves {
             geometry,
             fan,
@@ -63,9 +64,6 @@ struct FanThroughLeaves<'a> {
     report: &'a mut FanReport,
 }
 
-/// Up to so many triangles it costs less to ask each than to filter them.
-const FEW: u32 = 4;
-
 impl Kernel for FanThroughLeaves<'_> {
     type Output = ();
 
@@ -79,7 +77,6 @@ impl Kernel for FanThroughLeaves<'_> {
             report,
         } = self;
         let leaves = shaft.leaves.iter().map(|&ShaftLeaf { at, lanes }| (at, lanes));
-        let filter = shaft.triangles > FEW;
-        walk_leaves(s, geometry, fan, filter, leaves, &mut scratch.gaps, report);
+        walk_leaves(s, geometry, fan, leaves, &mut scratch.gaps, report);
     }
 }

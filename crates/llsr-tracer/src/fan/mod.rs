@@ -24,6 +24,7 @@ mod gaps;
 mod listed;
 mod plane;
 mod query;
+mod section;
 mod shapes;
 mod traverse;
 

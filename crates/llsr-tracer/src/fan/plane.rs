@@ -1,14 +1,16 @@
 //! The plane of a fan, and where edges and triangles cut it.
 //!
-//! With A = a - p, D = b - a and N = A x D, a point x = p + x' of the plane has the coordinates
-//! h = x' . (D x N) / |N|^2, which is 0 at p and 1 on the light, and alpha = x' . (N x A) / |N|^2, so that the ray from p
-//! through x meets the light's line at t = alpha / h. Both are linear in x, so that they are computed a vertex and
-//! weighted along edges. The relative error of N is a few roundings over the sine of the angle between A and D, and the
-//! error of t a few roundings times |A| / (|D| sin(A, D)), times the reciprocal sine of the angle at which the edge
-//! crosses the plane.
+//! With A = a - p, D = b - a and N = A x D, a point x = p + x' of the plane is x' = h A + alpha D: h is 0 at p and 1 on the
+//! light, and the ray from p through x meets the light's line at t = alpha / h. Both are solved for in the two axes u, v
+//! beside the largest component of N (Cramer's rule: the determinant is that component), so that they are linear
+//! functions of two coordinates, computed once a vertex and weighted along edges. The relative error of N is a few
+//! roundings over the sine of the angle between A and D, and the error of t a few roundings times
+//! |A| / (|D| sin(A, D)), times the reciprocal sine of the angle at which the edge crosses the plane.
 
 use glam::{DVec3, Vec3};
 use robust::{Coord3D, orient3d};
+
+use crate::unchecked::Axis;
 
 /// Unit roundoff of `f64`.
 const U: f64 = f64::EPSILON / 2.0;
@@ -27,71 +29,70 @@ pub(super) struct FanPlane {
     pub(super) p: DVec3,
     pub(super) a: DVec3,
     pub(super) b: DVec3,
-    /// A x D, not normalised.
-    pub(super) normal: DVec3,
+    /// u, v and the axis of the normal's largest component, in cyclic order.
+    pub(super) axes: [Axis; 3],
+    /// p in these axes.
+    pub(super) from: [f64; 3],
+    /// A x D in these axes, not normalised.
+    pub(super) normal: [f64; 3],
     /// Bounds the rounding error of `normal . x'` as a product with `|x'|`.
-    permanent: DVec3,
+    pub(super) permanent: [f64; 3],
     /// A crossing whose h is closer than this to 0 or 1 may be at p or on the light, as far as rounding tells.
-    margin: f64,
-    /// Gradients of alpha and h.
-    pub(super) alpha: DVec3,
-    pub(super) height: DVec3,
-}
-
-/// A vertex as the fan sees it.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct FanVertex {
-    /// Proportional to the distance from the plane. The sign is that of exact arithmetic; 0 counts as positive.
-    pub(super) side: f64,
-    pub(super) alpha: f64,
-    pub(super) height: f64,
+    pub(super) margin: f64,
+    /// Coefficients of alpha and h for u and v.
+    pub(super) alpha: [f64; 2],
+    pub(super) height: [f64; 2],
 }
 
 impl FanPlane {
     /// The plane of the fan, or `None` if p and the light are so nearly on one line that it is not determined.
+    #[inline]
     pub(super) fn new(p: DVec3, a: DVec3, b: DVec3) -> Option<Self> {
         let (to_a, along) = (a - p, b - a);
         let normal = to_a.cross(along);
         let square = normal.length_squared();
-        let (alpha, height) = (normal.cross(to_a) / square, along.cross(normal) / square);
-        let (m, d) = (to_a.abs(), along.abs());
-        let permanent = DVec3::new(
-            m.y * d.z + m.z * d.y,
-            m.z * d.x + m.x * d.z,
-            m.x * d.y + m.y * d.x,
-        );
+        let determined = square > 1e-24 * (to_a.length_squared() * along.length_squared());
+        let size = normal.abs();
+        let axes = if size.x > size.y && size.x > size.z {
+            [1, 2, 0]
+        } else if size.y > size.z {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
+        }
+        .map(Axis::new);
+        let turn = |v: DVec3| {
+            let v = v.to_array();
+            axes.map(|axis| *axis.of(&v))
+        };
+        let (m, d, normal) = (turn(to_a), turn(along), turn(normal));
+        let inverse = 1.0 / normal[2];
+        let alpha = [-m[1] * inverse, m[0] * inverse];
+        let height = [d[1] * inverse, -d[0] * inverse];
         // The differences, products and sums that make the normal and its product with a vector are rounded less than eight
         // times in a row.
-        let permanent = permanent * (16.0 * U);
-        let determined = square > (1e-12 * to_a.length() * along.length()).powi(2);
-        (determined && alpha.is_finite() && height.is_finite()).then_some(Self {
+        let (m, d) = (m.map(f64::abs), d.map(f64::abs));
+        let product = |i: usize, j: usize| (m[i] * d[j] + m[j] * d[i]) * (16.0 * U);
+        let steepest = height[0].abs().max(height[1].abs());
+        // Many times the rounding of h, which is a few units in the last place of the distance times the gradient.
+        let margin = 2e-10 * steepest * ((m[0] + m[1] + m[2]) + (d[0] + d[1] + d[2]));
+        // A sum of the coefficients is finite only if all are; those of alpha could cancel.
+        let finite = margin.is_finite() && alpha[0].is_finite() && alpha[1].is_finite();
+        (determined && finite).then_some(Self {
             p,
             a,
             b,
+            axes,
+            from: turn(p),
             normal,
-            permanent,
-            // Many times the rounding of h, which is a few units in the last place of the distance times the gradient.
-            margin: 1e-10 * height.length() * (to_a.length() + along.length()),
+            permanent: [product(1, 2), product(2, 0), product(0, 1)],
+            margin,
             alpha,
             height,
         })
     }
 
-    /// The vertex as the fan sees it: one expression for all triangles that meet there.
-    #[inline(always)]
-    pub(super) fn vertex(&self, v: DVec3) -> FanVertex {
-        let x = v - self.p;
-        let mut side = self.normal.dot(x);
-        if side.abs() <= self.permanent.dot(x.abs()) {
-            side = self.exact_side(v);
-        }
-        FanVertex {
-            side,
-            alpha: self.alpha.dot(x),
-            height: self.height.dot(x),
-        }
-    }
-
+    /// A number with the sign of the exact side of the plane on which `v` lies, in the sense of `normal . x'`.
     #[cold]
     #[inline(never)]
     pub(super) fn exact_side(&self, v: DVec3) -> f64 {
@@ -105,76 +106,55 @@ pub(super) struct Crossing {
     /// alpha / h; infinite where the direction is parallel to the light.
     pub(super) t: f64,
     pub(super) ahead: bool,
-    /// Whether it lies before the light and away from p, beyond doubt.
-    pub(super) between: bool,
 }
 
-impl FanVertex {
-    /// The direction of a vertex in the plane.
-    pub(super) fn direction(&self) -> Crossing {
-        Crossing {
-            t: self.alpha / (self.height + 0.0),
-            ahead: self.height >= 0.0,
-            between: false,
+impl Crossing {
+    /// The direction of a point of the plane.
+    pub(super) fn at(alpha: f64, height: f64) -> Self {
+        Self {
+            // Adding zero turns a negative zero into a positive one.
+            t: alpha / (height + 0.0),
+            ahead: height >= 0.0,
         }
     }
 }
 
-/// The crossing of the edge between a vertex below the plane and one not below it.
-///
-/// The order of the vertices follows from their sides, so that both faces of an edge get the same bits.
-#[inline(always)]
-pub(super) fn crossing(fan: &FanPlane, below: &FanVertex, above: &FanVertex) -> Crossing {
-    let alpha = above.side * below.alpha - below.side * above.alpha;
-    // Adding zero turns a negative zero into a positive one.
-    let height = above.side * below.height - below.side * above.height + 0.0;
-    let weight = above.side - below.side;
-    let slack = weight * fan.margin;
-    Crossing {
-        t: alpha / height,
-        ahead: height >= 0.0,
-        between: slack < height && height < weight - slack,
-    }
-}
-
-/// What a triangle that is cut by the plane does to the light.
+/// What a triangle that is cut by the plane does to the light; an empty interval is reversed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shadow {
-    /// Blocks up to two closed intervals of light parameters; an empty one is reversed.
-    Blocks([[f64; 2]; 2]),
-    /// Is seen edge-on, as exactly as numbers tell: it does not block, but no light passes between its neighbours
+pub(super) struct Shadow {
+    /// Closed intervals of light parameters that it blocks.
+    pub(super) blocks: [[f64; 2]; 2],
+    /// It is seen edge-on, as exactly as numbers tell: it may not block, but no light passes between its neighbours
     /// because of rounding in this narrow interval.
-    Bridges([f64; 2]),
-    Nothing,
+    pub(super) bridge: [f64; 2],
 }
 
 /// No parameter.
 const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
-/// A wider interval is not the rounding of a triangle seen edge-on.
-const WIDEST_BRIDGE: f64 = 1e-9;
+impl Shadow {
+    const NOTHING: Self = Self {
+        blocks: [EMPTY; 2],
+        bridge: EMPTY,
+    };
+}
 
-/// The parameters in [0, 1] that a triangle blocks, given the two crossings of its edges with the plane.
+/// A wider interval is not the rounding of a triangle seen edge-on.
+pub(super) const WIDEST_BRIDGE: f64 = 1e-9;
+/// A narrower interval where a cut ends on the light is the rounding of a touch.
+const TOUCH: f64 = 1e-14;
+
+/// The parameters in [0, 1] that a triangle blocks, given the two crossings of its edges with the plane, where its cut comes
+/// close to p or the light or is seen edge-on.
 ///
 /// The plane of the triangle must separate p from the point of the light, strictly; this is decided by exact signs,
 /// as in the ray test. The ray must pass between the crossings.
-#[inline(always)]
-pub(super) fn shadow(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing, c1: Crossing) -> Shadow {
+#[inline(never)]
+pub(super) fn shadow_in_doubt(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing, c1: Crossing) -> Shadow {
     // A crossing in p itself has no direction; p then lies in the triangle, which does not block it.
     if !(c0.ahead || c1.ahead) || c0.t.is_nan() || c1.t.is_nan() {
-        return Shadow::Nothing;
+        return Shadow::NOTHING;
     }
-    let (lo, hi) = if c0.t < c1.t { (c0.t, c1.t) } else { (c1.t, c0.t) };
-    if c0.between && c1.between && hi - lo > WIDEST_BRIDGE {
-        // The whole cut lies between p and the light, and is not seen edge-on.
-        return Shadow::Blocks([[lo, hi], EMPTY]);
-    }
-    shadow_in_doubt(fan, triangle, c0, c1)
-}
-
-/// The same where the cut comes close to p or the light, or is seen edge-on.
-#[inline(never)]
-fn shadow_in_doubt(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing, c1: Crossing) -> Shadow {
     let [v0, v1, v2] = triangle.map(|v| v.as_dvec3());
     let (e1, e2) = (v1 - v0, v2 - v0);
     let normal = e1.cross(e2);
@@ -205,19 +185,26 @@ fn shadow_in_doubt(fan: &FanPlane, triangle: [Vec3; 3], c0: Crossing, c1: Crossi
         (false, false) => EMPTY,
     };
     let (lo, hi) = if c0.t < c1.t { (c0.t, c1.t) } else { (c1.t, c0.t) };
-    if behind == EMPTY {
-        let bridge = doubtful && c0.ahead && c1.ahead && hi - lo <= WIDEST_BRIDGE;
-        return if bridge {
-            Shadow::Bridges([lo, hi])
-        } else {
-            Shadow::Nothing
+    if !(c0.ahead && c1.ahead) {
+        // The cut passes beside p: it fills the directions beyond both ends, of which one side is behind the plane.
+        let blocks = [[behind[0], lo.min(behind[1])], [hi.max(behind[0]), behind[1]]];
+        return Shadow {
+            blocks: if behind == EMPTY { [EMPTY; 2] } else { blocks },
+            bridge: EMPTY,
         };
     }
-    if c0.ahead && c1.ahead {
-        Shadow::Blocks([[lo.max(behind[0]), hi.min(behind[1])], EMPTY])
-    } else {
-        // The cut passes beside p: it fills the directions beyond both ends, of which one side is behind the plane.
-        Shadow::Blocks([[behind[0], lo.min(behind[1])], [hi.max(behind[0]), behind[1]]])
+    let part = [lo.max(behind[0]), hi.min(behind[1])];
+    // Seen edge-on, the plane meets the light where the cut is seen, and rounding decides what is left of it.
+    let whole = part == [lo, hi];
+    let edge_on = !whole && hi - lo <= WIDEST_BRIDGE && (doubtful || behind != EMPTY);
+    let touches = !whole && part[1] - part[0] <= TOUCH;
+    Shadow {
+        blocks: [if touches { EMPTY } else { part }, EMPTY],
+        bridge: match (edge_on, touches) {
+            (true, _) => [lo, hi],
+            (false, true) => part,
+            (false, false) => EMPTY,
+        },
     }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use llsr_scene::SegmentOracle;
 use llsr_visibility::{Bracket, Certificate, Panel, Partition};
 
-use super::gaps::Gaps;
+use super::gaps::{Gaps, Keep};
 use super::plane::FanPlane;
 use super::traverse::{FanThroughPart, FanThroughParts, Limits, Waiting};
 use crate::Tracer;
@@ -87,7 +87,6 @@ pub struct FanScratch {
     pub(super) gaps: Gaps,
     pub(super) stack: Vec<Waiting>,
     top: Vec<Waiting>,
-    partition: Partition,
 }
 
 impl FanScratch {
@@ -116,30 +115,24 @@ impl Tracer {
     ///
     /// Cost: a fraction of a shadow ray's where the fan meets nothing, a few rays' in a penumbra.
     pub fn fan(&self, query: &FanQuery, scratch: &mut FanScratch, visible: &mut Partition) -> FanReport {
-        let mut report = FanReport::new();
         visible.clear();
-        let FanQuery { p, a, b, .. } = *query;
-        let (t0, t1) = (query.t0.max(0.0), query.t1.min(1.0));
-        if !(p.is_finite() && a.is_finite() && b.is_finite() && t0 <= t1) {
-            report.complete = false;
+        let Some(report) = self.gaps(query, Keep::All, scratch) else {
             visible.fill();
             visible.set_certificate(Certificate::Sampled);
-            return report;
-        }
-        scratch.gaps.reset(t0, t1);
-        if let Some(fan) = FanPlane::new(p, a, b) {
-            self.fan_in_plane(&fan, query, scratch, &mut report);
-        } else {
-            self.fan_on_line(p, a, b, &mut scratch.gaps);
-        }
+            return FanReport {
+                complete: false,
+                ..FanReport::new()
+            };
+        };
         scratch.write_visible(&report, visible);
         report
     }
 
-    /// The exact place of the change of visibility that a search has bracketed, or `None` if there is none.
+    /// The exact place of the change of visibility that a search has bracketed, or `None` if there is none: if the end of the bracket
+    /// that should be visible is hidden, or all of it is visible.
     ///
-    /// Of several changes in the bracket, the one nearest to its lower end that leaves `visible_at_lo`. Cost: that of a shadow
-    /// ray or two if the bracket is narrow.
+    /// Of several changes in the bracket, the one next to its visible end. Cost: that of a shadow ray or two if the
+    /// bracket is narrow.
     pub fn polish(
         &self,
         p: DVec3,
@@ -153,15 +146,35 @@ impl Tracer {
             t1: bracket.hi,
             ..FanQuery::new(p, a, b)
         };
-        let mut partition = std::mem::take(&mut scratch.partition);
-        let report = self.fan(&query, scratch, &mut partition);
-        let change = match partition.panels().first() {
-            Some(first) if first.start <= query.t0.max(0.0) => first.end,
-            Some(first) => first.start,
-            None => f64::NAN,
+        let (t0, t1) = (query.t0.max(0.0), query.t1.min(1.0));
+        let keep = if bracket.visible_at_lo {
+            Keep::First
+        } else {
+            Keep::Last
         };
-        scratch.partition = partition;
-        (report.complete && change < bracket.hi).then_some(change)
+        let report = self.gaps(&query, keep, scratch)?;
+        scratch.gaps.finish();
+        let &[lo, hi] = scratch.gaps.as_slice().first()?;
+        let change = if bracket.visible_at_lo { hi } else { lo };
+        (report.complete && t0 < change && change < t1).then_some(change)
+    }
+
+    /// Leaves in `scratch` what is visible; `None` if the query makes no sense.
+    #[inline(always)]
+    fn gaps(&self, query: &FanQuery, keep: Keep, scratch: &mut FanScratch) -> Option<FanReport> {
+        let FanQuery { p, a, b, .. } = *query;
+        let (t0, t1) = (query.t0.max(0.0), query.t1.min(1.0));
+        if !(p.is_finite() && a.is_finite() && b.is_finite() && t0 <= t1) {
+            return None;
+        }
+        let mut report = FanReport::new();
+        scratch.gaps.reset(t0, t1, keep);
+        if let Some(fan) = FanPlane::new(p, a, b) {
+            self.fan_in_plane(&fan, query, scratch, &mut report);
+        } else {
+            self.fan_on_line(p, a, b, &mut scratch.gaps);
+        }
+        Some(report)
     }
 
     /// The general case: p and the segment span a plane.

@@ -1,13 +1,13 @@
 //! The traversal of one tree by a fan.
 
-use glam::{DVec3, Vec3};
-
 use super::boxes::BoxFilter;
-use super::gaps::Gaps;
-use super::plane::{FanPlane, FanVertex, Shadow, crossing, shadow};
+use super::gaps::{Gaps, Keep};
+use super::plane::FanPlane;
+use super::section::{block_by_each, block_by_section};
 use super::shapes::block_shape;
 use super::{FanReport, FanScratch};
-use crate::build::{ChildRef, STACK, WideTree};
+use crate::block::TriangleBlock;
+use crate::build::{ChildRef, STACK, WIDTH, WideTree};
 use crate::lanes::{Kernel, Simd};
 use crate::part::Geometry;
 
@@ -97,6 +97,9 @@ trait Leaf<S: Simd> {
         gaps: &mut Gaps,
         report: &mut FanReport,
     ) -> bool;
+
+    /// Says that a leaf will be visited soon.
+    fn expect(&self, s: S, at: ChildRef);
 }
 
 struct TriangleLeaf<'a> {
@@ -120,14 +123,15 @@ impl<S: Simd> Leaf<S> for TriangleLeaf<'_> {
         }
         report.blocks += 1;
         let block = &self.geometry.blocks[at.index()];
-        let mut mask = filter.cuts(s, block);
-        let mut changed = false;
-        while mask != 0 {
-            let lane = (mask.trailing_zeros() & 15) as usize;
-            mask &= mask - 1;
-            changed |= block_by_triangle(fan, block.triangle(lane), gaps, report);
+        let lanes = filter.cuts(s, block);
+        lanes != 0 && block_by(s, fan, block, lanes, gaps, report)
+    }
+
+    #[inline(always)]
+    fn expect(&self, s: S, at: ChildRef) {
+        if at.is_block() {
+            s.prefetch(&self.geometry.blocks[at.index()]);
         }
-        changed
     }
 }
 
@@ -149,6 +153,9 @@ impl<S: Simd, V: FnMut(usize, &mut Gaps, &mut FanReport)> Leaf<S> for PartLeaf<V
         (self.visit)(at.index(), gaps, report);
         true
     }
+
+    #[inline(always)]
+    fn expect(&self, _: S, _: ChildRef) {}
 }
 
 /// Visits what the fan may meet, down to the leaves, until nothing is visible any more.
@@ -171,7 +178,10 @@ fn walk<S: Simd>(
         return;
     }
     let mut hull = gaps.hull();
-    let mut filter = BoxFilter::new(fan, &tree.bounds, hull);
+    let Some(mut filter) = BoxFilter::new(fan, &tree.bounds, hull) else {
+        report.complete &= tree.bounds.is_empty();
+        return;
+    };
     stack.clear();
     stack.reserve(STACK);
     let mut at = ChildRef::default();
@@ -187,21 +197,37 @@ fn walk<S: Simd>(
             let mut mask = met.mask;
             report.pruned_missed += WIDTH_U32 - mask.count_ones();
             let first = stack.len();
-            // The nearest waits on top: of equally dense surfaces it hides most at the least cost.
-            let mut keys = [0f32; crate::build::WIDTH];
+            // The nearest waits on top: of equally dense surfaces it hides most at the least cost. Where only the gap at one end
+            // is asked for, that which may hide most of it waits on top.
+            let mut keys = [0f32; WIDTH];
             while mask != 0 {
                 let slot = (mask.trailing_zeros() & 7) as usize;
                 mask &= mask - 1;
+                let at = node.children[slot];
+                let bounded = met.bounded >> slot & 1 == 1;
                 let entry = Waiting {
-                    at: node.children[slot],
-                    t_min: met.t_min[slot],
-                    t_max: met.t_max[slot],
+                    at,
+                    t_min: if bounded {
+                        met.t_min[slot]
+                    } else {
+                        f32::NEG_INFINITY
+                    },
+                    t_max: if bounded { met.t_max[slot] } else { f32::INFINITY },
                 };
                 if limits.prune && !gaps.meets(f64::from(entry.t_min), f64::from(entry.t_max)) {
                     report.pruned_blocked += 1;
                     continue;
                 }
-                let key = -met.near[slot];
+                if at.is_node() {
+                    s.prefetch(&tree.nodes[at.index()]);
+                } else {
+                    leaf.expect(s, at);
+                }
+                let key = match gaps.keep() {
+                    Keep::All => -met.near[slot],
+                    Keep::First => -entry.t_min,
+                    Keep::Last => entry.t_max,
+                };
                 let mut place = stack.len();
                 stack.push(entry);
                 while place > first && keys[place - first - 1] > key {
@@ -219,7 +245,7 @@ fn walk<S: Simd>(
             let now = gaps.hull();
             if now != hull {
                 hull = now;
-                filter.narrow(fan, hull);
+                filter.narrow(hull);
             }
         }
         at = loop {
@@ -238,17 +264,11 @@ pub(super) fn walk_leaves<S: Simd>(
     s: S,
     geometry: &Geometry,
     fan: &FanPlane,
-    filter: bool,
     leaves: impl Iterator<Item = (ChildRef, u32)>,
     gaps: &mut Gaps,
     report: &mut FanReport,
 ) {
-    let filter = if filter {
-        Some(BoxFilter::new(fan, &geometry.tree.bounds, gaps.hull()))
-    } else {
-        None
-    };
-    for (at, mut lanes) in leaves {
+    for (at, lanes) in leaves {
         if gaps.is_empty() {
             return;
         }
@@ -259,73 +279,28 @@ pub(super) fn walk_leaves<S: Simd>(
         }
         report.blocks += 1;
         let block = &geometry.blocks[at.index()];
-        if let Some(filter) = &filter {
-            lanes &= filter.cuts(s, block);
-        }
-        while lanes != 0 {
-            let lane = (lanes.trailing_zeros() & 15) as usize;
-            lanes &= lanes - 1;
-            block_by_triangle(fan, block.triangle(lane), gaps, report);
-        }
+        block_by(s, fan, block, lanes, gaps, report);
     }
 }
 
-const WIDTH_U32: u32 = crate::build::WIDTH as u32;
+/// Up to so many triangles it costs less to ask each than to prepare the whole block.
+const FEW: u32 = 2;
 
-/// Blocks what a triangle hides.
+/// Blocks what the given triangles hide, and says whether that changed anything.
 #[inline(always)]
-fn block_by_triangle(fan: &FanPlane, triangle: [Vec3; 3], gaps: &mut Gaps, report: &mut FanReport) -> bool {
-    let [u, v, w] = triangle;
-    let (u, v, w) = (
-        fan.vertex(DVec3::from(u)),
-        fan.vertex(DVec3::from(v)),
-        fan.vertex(DVec3::from(w)),
-    );
-    let (nu, nv, nw) = (u.side < 0.0, v.side < 0.0, w.side < 0.0);
-    if nu == nv && nv == nw {
-        return !nu && block_by_edge(fan, triangle, [u, v, w], gaps);
-    }
-    report.triangles += 1;
-    // The vertex that is alone on its side, and the two others.
-    let (lone, x, y) = if nv == nw {
-        (u, v, w)
-    } else if nu == nw {
-        (v, w, u)
+fn block_by<S: Simd>(
+    s: S,
+    fan: &FanPlane,
+    block: &TriangleBlock,
+    lanes: u32,
+    gaps: &mut Gaps,
+    report: &mut FanReport,
+) -> bool {
+    if lanes.count_ones() <= FEW {
+        block_by_each(fan, block, lanes, gaps, report)
     } else {
-        (w, u, v)
-    };
-    let (c0, c1) = if lone.side < 0.0 {
-        (crossing(fan, &lone, &x), crossing(fan, &lone, &y))
-    } else {
-        (crossing(fan, &x, &lone), crossing(fan, &y, &lone))
-    };
-    if c0.ahead && c1.ahead && !gaps.meets(c0.t.min(c1.t), c0.t.max(c1.t)) {
-        return false;
-    }
-    apply(shadow(fan, triangle, c0, c1), gaps)
-}
-
-/// A triangle above the plane but for an edge that lies exactly in it: edges belong to their triangles.
-#[inline(always)]
-fn block_by_edge(fan: &FanPlane, triangle: [Vec3; 3], vertices: [FanVertex; 3], gaps: &mut Gaps) -> bool {
-    let [u, v, w] = vertices;
-    let (x, y) = match [u, v, w].map(|x| x.side == 0.0) {
-        [true, true, false] => (u, v),
-        [false, true, true] => (v, w),
-        [true, false, true] => (w, u),
-        _ => return false,
-    };
-    apply(shadow(fan, triangle, x.direction(), y.direction()), gaps)
-}
-
-#[inline(always)]
-fn apply(shadow: Shadow, gaps: &mut Gaps) -> bool {
-    match shadow {
-        Shadow::Blocks([[lo0, hi0], [lo1, hi1]]) => gaps.block(lo0, hi0) | gaps.block(lo1, hi1),
-        Shadow::Bridges([lo, hi]) => {
-            gaps.bridge(lo, hi);
-            false
-        }
-        Shadow::Nothing => false,
+        block_by_section(s, fan, block, lanes, gaps, report)
     }
 }
+
+const WIDTH_U32: u32 = WIDTH as u32;

@@ -5,10 +5,14 @@
 //! Kernels use the lanes only to *filter* with stated error bounds; decisions are made in double precision, so
 //! that all instruction sets, with and without fused multiply-add, answer alike.
 
+mod double;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_double;
 
+pub(crate) use double::{DoubleLanes, Doubles};
 pub(crate) use portable::Portable;
 
 use crate::build::ChildRef;
@@ -140,7 +144,7 @@ pub(crate) trait Floats: Copy {
 }
 
 /// A token for an instruction set, with the lanes that it offers.
-pub(crate) trait Simd: Copy {
+pub(crate) trait Simd: DoubleLanes {
     /// Eight lanes, for the children of a node.
     type F: Floats<Token = Self, Array = [f32; 8]>;
     /// Sixteen lanes, for the vertices and triangles of a block.
@@ -150,7 +154,7 @@ pub(crate) trait Simd: Copy {
     fn compress(self, from: &[ChildRef; 8], mask: u32) -> [ChildRef; 8];
 
     /// The bytes selected by the low eight bits of `mask`, moved to the low end; what follows them has no meaning.
-    fn compress_bytes(self, from: u64, mask: u32) -> u64;
+    fn compress_byte_lanes(self, from: u64, mask: u32) -> u64;
 
     /// Lane `indices[i]` of `from` in lane `i`; only the low four bits of an index count.
     fn permute(self, from: Self::W, indices: &[u8; 16]) -> Self::W;

@@ -137,7 +137,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn compress_bytes(self, from: u64, mask: u32) -> u64 {
+    fn compress_byte_lanes(self, from: u64, mask: u32) -> u64 {
         let (mut mask, mut to, mut place) = (mask & 0xff, 0, 0);
         while mask != 0 {
             to |= (from >> (8 * mask.trailing_zeros()) & 0xff) << place;

@@ -60,7 +60,9 @@ impl Kernel for Probe {
         floats.extend(s.permute(S::W::load(s, &self.a), &self.indices).store());
         let from: [ChildRef; 8] = std::array::from_fn(|i| ChildRef(100 + i as u32));
         let to = s.compress(&from, self.mask);
-        let bytes = s.compress_bytes(0x0807_0605_0403_0201, self.mask).to_le_bytes();
+        let bytes = s
+            .compress_byte_lanes(0x0807_0605_0403_0201, self.mask)
+            .to_le_bytes();
         Answers {
             floats,
             masks: [masks, more].concat(),
@@ -139,6 +141,85 @@ fn all_instruction_sets_agree() {
                 let same = x == y || (x.is_nan() && y.is_nan());
                 assert!(same, "lane {lane} of all, {instructions:?}: {x} against {y}");
             }
+        }
+    }
+}
+
+/// Operations of double precision and of bytes and bits.
+struct DoubleProbe {
+    a: [f64; 8],
+    b: [f64; 8],
+    narrow: [f32; 8],
+    indices: [u8; 16],
+    mask: u32,
+}
+
+#[derive(Debug, PartialEq)]
+struct DoubleAnswers {
+    /// Bits, so that signs of zero count.
+    doubles: Vec<u64>,
+    bits: Vec<u64>,
+}
+
+impl Kernel for DoubleProbe {
+    type Output = DoubleAnswers;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) -> DoubleAnswers {
+        let (a, b) = (S::D::load(s, &self.a), S::D::load(s, &self.b));
+        let widened = S::D::widen(s, &self.narrow);
+        let picks = u64::from_le_bytes(std::array::from_fn(|i| self.indices[i]));
+        let all = [
+            S::D::splat(s, self.a[2]),
+            widened,
+            a.add(b),
+            a.sub(b),
+            a.mul(b),
+            a.div(b),
+            a.abs(),
+            a.or_else(self.mask & 0xff, b),
+            s.pick(&[a, widened], picks),
+        ];
+        let few = self.mask & (self.mask >> 4);
+        s.prefetch(&self.a);
+        DoubleAnswers {
+            doubles: all.iter().flat_map(|x| x.store()).map(f64::to_bits).collect(),
+            bits: vec![
+                u64::from(a.lt(b)),
+                u64::from(a.le(b)),
+                u64::from(s.permute_bits(self.mask, &self.indices)),
+                s.compress_bytes(&self.indices, if few.count_ones() > 8 { 0xff00 } else { few }),
+                u64::from(s.compress_bits(self.mask, few)),
+                s.spread(self.mask),
+            ],
+        }
+    }
+}
+
+#[test]
+fn double_lanes_have_the_same_bits_everywhere() {
+    let a = [0.0, -0.0, 1.5, -2.25, f64::INFINITY, 1e-300, 3.0, f64::NAN];
+    let b = [-0.0, 0.0, 1.5, 3.0, 2.0, 1e300, -7.0, 1.0];
+    let narrow = [0.1, -0.0, 3e38, 1e-40, -7.5, 2.0, 1.0, 0.3];
+    let indices = [3, 1, 4, 1, 5, 9, 2, 15, 14, 0, 8, 7, 6, 10, 12, 12];
+    for step in 0..512u32 {
+        let probe = || DoubleProbe {
+            a,
+            b,
+            narrow,
+            indices,
+            // All kinds of masks of sixteen bits.
+            mask: step.wrapping_mul(0x9e37_79b1) >> 16,
+        };
+        let expected = Level::new(Instructions::Portable).run(probe());
+        for instructions in [Instructions::Avx2, Instructions::Avx512] {
+            let mut got = Level::new(instructions).run(probe());
+            for (x, y) in got.doubles.iter_mut().zip(&expected.doubles) {
+                if f64::from_bits(*x).is_nan() && f64::from_bits(*y).is_nan() {
+                    *x = *y;
+                }
+            }
+            assert_eq!(got, expected, "{instructions:?}, step {step}");
         }
     }
 }

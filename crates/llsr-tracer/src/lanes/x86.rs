@@ -389,7 +389,7 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn compress_bytes(self, from: u64, mask: u32) -> u64 {
+    fn compress_byte_lanes(self, from: u64, mask: u32) -> u64 {
         // SAFETY: the token proves BMI2.
         unsafe {
             let bytes = _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101).wrapping_mul(0xff);
@@ -445,7 +445,7 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn compress_bytes(self, from: u64, mask: u32) -> u64 {
+    fn compress_byte_lanes(self, from: u64, mask: u32) -> u64 {
         // SAFETY: the token proves BMI2.
         unsafe {
             let bytes = _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101).wrapping_mul(0xff);

@@ -73,7 +73,7 @@ fn settings() -> ViewSettings {
 
 fn engine_with(shaders: Vec<ShaderChoice>, settings: ViewSettings) -> Engine {
     let scene = scene();
-    let movable = crate::movable_objects(&scene);
+    let movable = llsr_epr::movable_objects(&scene);
     let world = Arc::new(World::new(Arc::new(scene), &movable).0);
     let mut engine = Engine::new(world, camera(), VIEWPORT, shaders, settings).expect("an engine");
     // Text would be in the way of comparisons.

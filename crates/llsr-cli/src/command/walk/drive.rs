@@ -1,7 +1,7 @@
 //! Who shades, and when.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use llsr_epr::{FrameRenderer, Harvest, LockstepRenderer, PoolSettings, ShaderPool};
 use llsr_scene::Camera;
@@ -10,11 +10,14 @@ use serde_json::{Value, json};
 
 use crate::args::WalkArgs;
 use crate::failure::Failure;
+use crate::progress::interrupted;
 
 /// Frames' worth of requests that may wait for the shader's threads: what waits longer was chosen for a view that is gone.
 const FRAMES_WAITING: usize = 2;
 /// Longest wait for the samples before the first frame.
 const WARM_UP: Duration = Duration::from_secs(20);
+/// Time between two looks whether the user wants to end meanwhile.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A renderer and what feeds it.
 pub(crate) enum Drive {
@@ -97,7 +100,8 @@ impl Drive {
             Self::Live(live) => {
                 live.renderer.draw(camera, warm_up_samples(&live.renderer));
                 live.pool.submit(live.renderer.requests());
-                live.pool.wait_idle(WARM_UP);
+                let start = Instant::now();
+                while start.elapsed() < WARM_UP && !interrupted() && !live.pool.wait_idle(LOOK) {}
                 live.collect()
             }
         }

@@ -1,19 +1,22 @@
 //! `llsr walk`: frames along a camera path, without a window.
 
+mod course;
 mod drive;
 mod kept;
 mod report;
 mod stage;
+mod wander;
 
 use std::sync::Arc;
 
-use llsr_epr::{CameraPath, ExternalSettings, ExternalShader, FrameRenderer, FrameSettings, ray_trace};
-use llsr_scene::{Camera, Scene, Viewport};
+use llsr_epr::{ExternalSettings, ExternalShader, FrameRenderer, FrameSettings, ray_trace};
+use llsr_scene::{Camera, Viewport};
 use llsr_shading::{DirectShader, GiSettings, GiShader, GlossySettings, GlossyShader, Shader, World};
 
 use crate::args::{Common, Compare, WalkArgs, WalkShader};
 use crate::camera;
 use crate::clock::{Seconds, Stopwatch};
+use crate::command::walk::course::Course;
 use crate::command::walk::drive::Drive;
 use crate::command::walk::kept::Keeper;
 use crate::command::walk::report::{FrameLine, Walk};
@@ -25,9 +28,6 @@ use crate::report as reports;
 
 /// Pictures that `--compare raytrace` times: the median counts.
 const TIMED_PICTURES: usize = 3;
-
-/// Bytes that a path file may have.
-const LARGEST_PATH: u64 = 256 << 20;
 
 pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let watch = Stopwatch::start();
@@ -42,13 +42,14 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let load_seconds = watch.read();
 
     let watch = Stopwatch::start();
-    let movable: Vec<_> = motion.iter().map(|motion| motion.object).collect();
+    let movable = Course::movable(args, &loaded.scene, motion.as_ref());
     let (world, dropped) = World::new(Arc::new(loaded.scene), &movable);
     let scene = Arc::clone(world.scene());
     let (width, height) = args.scene.size;
     let viewport = Viewport { width, height };
     let (camera, _) = camera::choose(&args.scene, &scene, world.tracer(), viewport)?;
-    let path = camera_path(args, &scene, &camera)?;
+    let mut course = Course::new(args, &scene, &camera, motion, common.seed)?;
+    let (mut camera, mut places) = course.step(0);
     let settings = FrameSettings {
         seed: common.seed,
         threads: usize::from(args.display_threads),
@@ -57,7 +58,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let renderer = FrameRenderer::new(&scene, viewport, settings)
         .map_err(|error| Failure::Usage(format!("--size: {error}")))?;
     let mut world = Arc::new(world);
-    let shader = shader_of(args, &world, (&path.cameras[0], viewport))?;
+    let shader = shader_of(args, &world, (&camera, viewport))?;
     let build_seconds = watch.read();
 
     let warnings: Vec<String> = loaded
@@ -73,7 +74,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let samples = args
         .samples_per_frame
         .map_or_else(|| (viewport.pixels() / 100).max(1), |n| n as usize);
-    let frames = path.cameras.len();
+    let frames = course.frames();
     let mut keeper = Keeper::new(args, &renderer)?;
     let mut drive = Drive::new(args, renderer, Arc::clone(&shader), samples)?;
     let mut walk = Walk {
@@ -88,50 +89,52 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
         seed: common.seed,
         seconds: vec![("load", load_seconds), ("build", build_seconds)],
         warnings,
+        // All memory for the report now: that of a walk stays the same from here to its end.
+        frames: vec![FrameLine::default(); frames],
         ..Walk::default()
     };
     let progress = Progress::new("walking", frames as u64, common.quiet);
     let kept = |frame: usize| (frame + 1).is_multiple_of(args.every as usize) || frame + 1 == frames;
     let mut raytraced: Vec<Seconds> = Vec::new();
-    for (frame, camera) in path.cameras.iter().enumerate() {
+    for frame in 0..frames {
+        if frame > 0 {
+            (camera, places) = course.step(frame);
+        }
         let watch = Stopwatch::start();
-        if let Some(motion) = &motion {
+        if !places.is_empty() {
             let change = world
-                .moved(&[motion.place(frame)])
-                .map_err(|error| Failure::Work(format!("--move: {error}")))?;
+                .moved(&places)
+                .map_err(|error| Failure::Work(format!("moving: {error}")))?;
             drive.changed(&change);
             world = change.world;
         }
         if frame == 0 {
-            walk.warm_up_samples = drive.warm_up(camera);
+            walk.warm_up_samples = drive.warm_up(&camera);
         }
         let watch = if frame == 0 { Stopwatch::start() } else { watch };
-        drive.draw(camera);
+        drive.draw(&camera);
         let drawn = watch.read();
         let report = *drive.renderer().report();
         let mut error = None;
         if kept(frame) {
             if args.compare == Some(Compare::Raytrace) && raytraced.len() < TIMED_PICTURES {
                 let watch = Stopwatch::start();
-                ray_trace(&*shader, camera, viewport, 1, common.seed).map_err(shader_failed)?;
+                ray_trace(&*shader, &camera, viewport, 1, common.seed).map_err(shader_failed)?;
                 raytraced.push(watch.read());
             }
-            error = keeper.keep(frame, drive.renderer(), &*shader, camera)?;
+            error = keeper.keep(frame, drive.renderer(), &*shader, &camera)?;
         }
         let watch = Stopwatch::start();
         if frame + 1 < frames {
             drive.shade();
         }
         let shaded = watch.read();
-        let seconds = Seconds {
-            wall: drawn.wall + shaded.wall,
-            cpu: drawn.cpu + shaded.cpu,
-        };
-        walk.frames.push(FrameLine {
+        walk.frames[frame] = FrameLine {
             report,
-            seconds,
+            drawn,
+            shaded,
             error,
-        });
+        };
         if !progress.step() {
             return Err(Failure::Interrupted);
         }
@@ -194,21 +197,4 @@ pub(super) fn make_shader(shader: WalkShader, world: &Arc<World>) -> Arc<dyn Sha
 
 fn shader_failed(error: String) -> Failure {
     Failure::Work(format!("the shader failed: {error}"))
-}
-
-fn camera_path(args: &WalkArgs, scene: &Scene, camera: &Camera) -> Result<CameraPath, Failure> {
-    let Some(file) = &args.path else {
-        let frames = args.frames.unwrap_or(120) as usize;
-        let diagonal = f64::from(scene.bounds().diagonal());
-        return Ok(CameraPath::default_walk(camera, frames, diagonal));
-    };
-    let failed = |what: String| Failure::Work(format!("--path {}: {what}", file.display()));
-    let text = llsr_io::read_text(file, LARGEST_PATH)?;
-    let mut path = CameraPath::parse(&text, scene.origin).map_err(|error| failed(error.to_string()))?;
-    if let Some(frames) = args.frames {
-        // A path that is too short waits at its end.
-        let last = path.cameras[path.cameras.len() - 1].clone();
-        path.cameras.resize(frames as usize, last);
-    }
-    Ok(path)
 }

@@ -6,10 +6,13 @@ use serde_json::{Map, Value, json};
 use crate::clock::Seconds;
 
 /// One frame of a report.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct FrameLine {
     pub(crate) report: FrameReport,
-    /// Drawing and shading, over all cores.
-    pub(crate) seconds: Seconds,
+    /// Moving things and drawing the frame.
+    pub(crate) drawn: Seconds,
+    /// Shading its samples; in live mode, fetching them.
+    pub(crate) shaded: Seconds,
     pub(crate) error: Option<Value>,
 }
 
@@ -41,10 +44,38 @@ pub(crate) struct Summary {
     median_ms: Vec<(&'static str, f64)>,
     fps: f64,
     sparseness: f64,
+    /// Median of the samples that came in for a frame.
+    new_samples: f64,
     /// Seconds of a frame with its samples: wall clock, and processor time of all threads.
     seconds_a_frame: Seconds,
-    raytrace: Option<Seconds>,
+    traced: Option<Traced>,
     hash: u64,
+}
+
+/// What ray tracing the same views costs.
+struct Traced {
+    /// One sample in every pixel.
+    picture: Seconds,
+    /// One of its samples.
+    sample: Seconds,
+    /// Cost of a sample at which both ways take as long: a dearer shader gains by edges and points.
+    break_even: Seconds,
+}
+
+impl Traced {
+    /// A picture has `pixels`, a frame `samples` of them, and `drawn` is what a frame costs besides these.
+    fn new(picture: Seconds, pixels: f64, samples: f64, drawn: Seconds) -> Self {
+        let each = |seconds: Seconds, count: f64| Seconds {
+            wall: seconds.wall / count,
+            cpu: seconds.cpu / count,
+        };
+        Self {
+            picture,
+            sample: each(picture, pixels),
+            // drawn + samples x cost = pixels x cost
+            break_even: each(drawn, (pixels - samples).max(1.0)),
+        }
+    }
 }
 
 impl Walk {
@@ -57,8 +88,14 @@ impl Walk {
         });
         let median_ms: Vec<_> = median_ms.collect();
         let total = median_ms.last().map_or(0.0, |stage| stage.1);
-        let seconds = |pick: fn(&Seconds) -> f64, all: &[Seconds]| median(all.iter().map(pick));
-        let a_frame: Vec<Seconds> = self.frames.iter().map(|line| line.seconds).collect();
+        let medians = |all: &[Seconds]| Seconds {
+            wall: median(all.iter().map(|s| s.wall)),
+            cpu: median(all.iter().map(|s| s.cpu)),
+        };
+        let of_frames = |pick: fn(&FrameLine) -> Seconds| -> Seconds {
+            medians(&self.frames.iter().map(pick).collect::<Vec<_>>())
+        };
+        let drawn = of_frames(|line| line.drawn);
         let new: usize = self
             .frames
             .iter()
@@ -66,18 +103,16 @@ impl Walk {
             .map(|line| line.report.new_points)
             .sum();
         let pixels = f64::from(self.size.0) * f64::from(self.size.1);
+        let counts = self.frames.iter().skip(1);
+        let new_samples = median(counts.map(|line| line.report.new_points as f64));
+        let picture = (!raytraced.is_empty()).then(|| medians(raytraced));
         self.summary = Summary {
             median_ms,
             fps: 1e3 / total,
             sparseness: new as f64 / (self.frames.len().saturating_sub(1).max(1) as f64 * pixels),
-            seconds_a_frame: Seconds {
-                wall: seconds(|s| s.wall, &a_frame),
-                cpu: seconds(|s| s.cpu, &a_frame),
-            },
-            raytrace: (!raytraced.is_empty()).then(|| Seconds {
-                wall: seconds(|s| s.wall, raytraced),
-                cpu: seconds(|s| s.cpu, raytraced),
-            }),
+            new_samples,
+            seconds_a_frame: of_frames(FrameLine::seconds),
+            traced: picture.map(|picture| Traced::new(picture, pixels, new_samples, drawn)),
             hash: picture_hash(renderer),
         };
     }
@@ -136,12 +171,23 @@ impl Walk {
             self.summary.fps,
             100.0 * self.summary.sparseness
         );
-        if let Some(traced) = self.summary.raytrace {
+        if let Some(live) = &self.live {
+            println!(
+                "live: {:.0} samples a frame of {} asked for; {} shaded, {} dropped, {} lost",
+                self.summary.new_samples, self.samples, live["shaded"], live["dropped"], live["lost"]
+            );
+        }
+        if let Some(traced) = &self.summary.traced {
             println!(
                 "with its samples a frame takes {:.1} ms, one sample in every pixel {:.3} s: {:.1} times as long",
                 1e3 * self.summary.seconds_a_frame.wall,
-                traced.wall,
-                traced.wall / self.summary.seconds_a_frame.wall
+                traced.picture.wall,
+                traced.picture.wall / self.summary.seconds_a_frame.wall
+            );
+            println!(
+                "a sample takes {:.2} us of all cores; edges and points gain from {:.3} us on",
+                1e6 * traced.sample.wall,
+                1e6 * traced.break_even.wall
             );
         }
         if let Some(error) = mean_errors(&self.frames) {
@@ -154,6 +200,14 @@ impl Walk {
 }
 
 impl FrameLine {
+    /// The frame with its samples, over all cores.
+    fn seconds(&self) -> Seconds {
+        Seconds {
+            wall: self.drawn.wall + self.shaded.wall,
+            cpu: self.drawn.cpu + self.shaded.cpu,
+        }
+    }
+
     fn json(&self) -> Value {
         let report = &self.report;
         let ms: Map<String, Value> = report
@@ -164,8 +218,9 @@ impl FrameLine {
             .collect();
         json!({
             "ms": ms,
-            "seconds": self.seconds.wall,
-            "cpu_seconds": self.seconds.cpu,
+            "seconds": self.seconds().wall,
+            "cpu_seconds": self.seconds().cpu,
+            "draw_seconds": self.drawn.wall,
             "edges": {
                 "silhouette": report.silhouette_edges,
                 "shadow": report.shadow_edges,
@@ -196,6 +251,7 @@ impl Summary {
             .map(|(name, ms)| ((*name).to_owned(), json!(ms)))
             .collect();
         let errors = mean_errors(frames);
+        let traced = |pick: fn(&Traced) -> f64| self.traced.as_ref().map(pick);
         let holes: usize = frames.iter().map(|line| line.report.holes).sum();
         json!({
             "median_ms": median_ms,
@@ -203,10 +259,15 @@ impl Summary {
             "sparseness": self.sparseness,
             "seconds_per_frame": self.seconds_a_frame.wall,
             "cpu_seconds_per_frame": self.seconds_a_frame.cpu,
-            "raytrace_seconds": self.raytrace.map(|s| s.wall),
-            "raytrace_cpu_seconds": self.raytrace.map(|s| s.cpu),
-            "speedup": self.raytrace.map(|s| s.wall / self.seconds_a_frame.wall),
-            "cpu_speedup": self.raytrace.map(|s| s.cpu / self.seconds_a_frame.cpu),
+            "new_samples": self.new_samples,
+            "raytrace_seconds": traced(|t| t.picture.wall),
+            "raytrace_cpu_seconds": traced(|t| t.picture.cpu),
+            "sample_us": traced(|t| 1e6 * t.sample.wall),
+            "cpu_sample_us": traced(|t| 1e6 * t.sample.cpu),
+            "break_even_us": traced(|t| 1e6 * t.break_even.wall),
+            "cpu_break_even_us": traced(|t| 1e6 * t.break_even.cpu),
+            "speedup": traced(|t| t.picture.wall).map(|s| s / self.seconds_a_frame.wall),
+            "cpu_speedup": traced(|t| t.picture.cpu).map(|s| s / self.seconds_a_frame.cpu),
             "flip": errors.map(|e| e[0]),
             "raytrace_flip": errors.map(|e| e[1]),
             "blind_flip": errors.map(|e| e[2]),

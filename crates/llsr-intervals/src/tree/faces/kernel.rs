@@ -18,6 +18,8 @@ use super::registers::{Portable, Register};
 pub(super) struct Forms {
     /// The wedge's plane, and the planes that bound it, positive inside.
     pub(super) planes: [[f32; 4]; 3],
+    /// Points outside of both of the latter count as inside.
+    pub(super) double: bool,
     /// Viewers; a face that turns away from each is not wanted. None: all are wanted.
     pub(super) views: [Option<View>; 2],
     /// Bounds the rounding errors of a form's value.
@@ -102,7 +104,9 @@ fn blocks_avx2(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Ve
     scan::<super::registers::Avx2>(blocks, list, forms, masks);
 }
 
-/// The larger (or smaller) end of a form over the boxes of all children.
+// No closures below: one that is not inlined would be compiled without the instructions of its caller.
+
+/// The larger end of a form over the boxes of all children; the smaller with `low` and `high` exchanged.
 #[inline(always)]
 fn extreme<R: Register>(form: &[f32; 4], low: &[[f32; LANES]; 3], high: &[[f32; LANES]; 3]) -> R {
     let mut sum = R::splat(form[3]);
@@ -111,6 +115,26 @@ fn extreme<R: Register>(form: &[f32; 4], low: &[[f32; LANES]; 3], high: &[[f32; 
         sum = R::load(&end[axis]).mul_add(R::splat(form[axis]), sum);
     }
     sum
+}
+
+/// A form at sixteen points.
+#[inline(always)]
+fn value<R: Register>(form: &[f32; 4], points: &[[f32; LANES]; 3]) -> R {
+    let mut sum = R::splat(form[3]);
+    for axis in 0..3 {
+        sum = R::load(&points[axis]).mul_add(R::splat(form[axis]), sum);
+    }
+    sum
+}
+
+/// Which are outside of the wedge's sides, given what is surely outside and surely inside of each.
+#[inline(always)]
+fn beyond(outside: [u16; 2], inside: [u16; 2], double: bool) -> u16 {
+    if double {
+        outside[0] & inside[1] | inside[0] & outside[1]
+    } else {
+        outside[0] | outside[1]
+    }
 }
 
 #[inline(always)]
@@ -122,26 +146,32 @@ fn nodes<R: Register>(
     masks: &mut Vec<u16>,
 ) {
     let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
+    let [plane, sides @ ..] = &forms.planes;
     for &node in frontier {
         let BoundsLanes { min, max } = &bounds[node as usize];
-        let [plane, sides @ ..] = &forms.planes;
         let mut out = below.exceeds(extreme::<R>(plane, min, max));
         out |= extreme::<R>(plane, max, min).exceeds(above);
-        for side in sides {
-            out |= below.exceeds(extreme::<R>(side, min, max));
+        let (mut outside, mut inside) = ([0u16; 2], [0u16; 2]);
+        for i in 0..2 {
+            outside[i] = below.exceeds(extreme::<R>(&sides[i], min, max));
+            if forms.double {
+                inside[i] = extreme::<R>(&sides[i], max, min).exceeds(above);
+            }
         }
-        if let [_, Some(_)] = forms.views {
+        out |= beyond(outside, inside, forms.double);
+        if forms.views[1].is_some() {
             let lanes = &planes[node as usize];
             let mut away = u16::MAX;
-            for view in forms.views.iter().flatten() {
+            for view in &forms.views {
+                let Some(view) = view else { continue };
                 let mut most = R::splat(0.0);
-                for (k, &coefficient) in view.iter().enumerate() {
-                    let end = if coefficient >= 0.0 {
-                        &lanes.hi[0]
+                for (k, &factor) in view.iter().enumerate() {
+                    let end = if factor >= 0.0 {
+                        &lanes.hi[0][k]
                     } else {
-                        &lanes.lo[0]
+                        &lanes.lo[0][k]
                     };
-                    most = R::load(&end[k]).mul_add(R::splat(coefficient), most);
+                    most = R::load(end).mul_add(R::splat(factor), most);
                 }
                 away &= below.exceeds(most);
             }
@@ -154,32 +184,29 @@ fn nodes<R: Register>(
 #[inline(always)]
 fn scan<R: Register>(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
     let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
-    for (i, &index) in list.iter().enumerate() {
+    let [plane, sides @ ..] = &forms.planes;
+    for i in 0..list.len() {
         if let Some(&later) = list.get(i + 6) {
             R::prefetch(&blocks[later as usize]);
         }
-        let corners = &blocks[index as usize].corners;
-        let [plane, sides @ ..] = &forms.planes;
-        let value = |form: &[f32; 4], corner: &[[f32; LANES]; 3]| {
-            let mut sum = R::splat(form[3]);
-            for axis in 0..3 {
-                sum = R::load(&corner[axis]).mul_add(R::splat(form[axis]), sum);
-            }
-            sum
-        };
+        let corners = &blocks[list[i] as usize].corners;
         let (mut all_above, mut all_below) = (u16::MAX, u16::MAX);
         for corner in corners {
-            let height = value(plane, corner);
+            let height = value::<R>(plane, corner);
             all_above &= height.exceeds(above);
             all_below &= below.exceeds(height);
         }
         let mut out = all_above | all_below;
-        for side in sides {
-            let mut outside = u16::MAX;
-            for corner in corners {
-                outside &= below.exceeds(value(side, corner));
+        if out != u16::MAX {
+            let (mut outside, mut inside) = ([u16::MAX; 2], [u16::MAX; 2]);
+            for k in 0..2 {
+                for corner in corners {
+                    let distance = value::<R>(&sides[k], corner);
+                    outside[k] &= below.exceeds(distance);
+                    inside[k] &= distance.exceeds(above);
+                }
             }
-            out |= outside;
+            out |= beyond(outside, inside, forms.double);
         }
         masks.push(!out);
     }

@@ -34,6 +34,8 @@ pub struct Wedge {
     apex: DVec3,
     /// Unit normals of the plane through `apex` and of the two planes through it that bound the wedge.
     normals: [DVec3; 3],
+    /// The mirror image of the wedge at its apex belongs to it.
+    double: bool,
 }
 
 impl Wedge {
@@ -51,7 +53,14 @@ impl Wedge {
         Some(Self {
             apex,
             normals: [normal, normal.cross(u), v.cross(normal)],
+            double: false,
         })
+    }
+
+    /// The same with its mirror image at the apex: alpha and beta are both not negative, or both not positive.
+    #[must_use]
+    pub fn doubled(self) -> Self {
+        Self { double: true, ..self }
     }
 
     /// Normal of the wedge's plane: d0 x d1, of unit length.
@@ -67,6 +76,15 @@ pub struct FaceStatistics {
     pub nodes: usize,
     /// Blocks scanned; up to sixteen faces each.
     pub blocks: usize,
+}
+
+/// A face that a wedge may meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FaceHit {
+    /// The face.
+    pub face: u32,
+    /// Its block and its place there.
+    place: u32,
 }
 
 /// Working memory of face queries, kept so that they do not allocate.
@@ -99,7 +117,7 @@ struct FaceBlock {
 /// let mut found = Vec::new();
 /// let from_above = [Viewpoint::at(light).unwrap()];
 /// tree.query(&wedge, &from_above, &mut FaceScratch::default(), &mut found);
-/// assert_eq!(found, [0]);
+/// assert_eq!(found[0].face, 0);
 /// ```
 #[derive(Clone, Debug)]
 pub struct FaceTree {
@@ -189,6 +207,30 @@ impl FaceTree {
         self.len() == 0
     }
 
+    /// A point in the frame of [`corners`](Self::corners): relative to the tree's centre, in units of its radius.
+    pub fn to_frame(&self, p: DVec3) -> DVec3 {
+        (p - self.center) * self.scale
+    }
+
+    /// A direction in that frame.
+    pub fn direction_to_frame(&self, d: DVec3) -> DVec3 {
+        d * self.scale
+    }
+
+    /// The corners of a face that was found, rounded to single precision in a frame in which none is larger than 1.
+    ///
+    /// They lie beside what the query has just read, so that asking for them costs no access to distant memory.
+    ///
+    /// # Panics
+    /// May panic if the face was found in another tree.
+    #[inline]
+    pub fn corners(&self, hit: FaceHit) -> [Vec3; 3] {
+        let (block, lane) = (hit.place as usize / LANES, hit.place as usize % LANES);
+        let [a, b, c] = &self.blocks[block].corners;
+        let corner = |axes: &[[f32; LANES]; 3]| Vec3::new(axes[0][lane], axes[1][lane], axes[2][lane]);
+        [corner(a), corner(b), corner(c)]
+    }
+
     /// Appends to `found` all faces that `wedge` meets, and some that it nearly meets; the order depends on the
     /// tree only.
     ///
@@ -199,7 +241,7 @@ impl FaceTree {
         wedge: &Wedge,
         viewers: &[Viewpoint],
         scratch: &mut FaceScratch,
-        found: &mut Vec<u32>,
+        found: &mut Vec<FaceHit>,
     ) -> FaceStatistics {
         let mut statistics = FaceStatistics::default();
         let tree = &self.hierarchy;
@@ -209,6 +251,7 @@ impl FaceTree {
         let apex = (wedge.apex - self.center) * self.scale;
         let forms = Forms {
             planes: wedge.normals.map(|normal| form(normal, apex)),
+            double: wedge.double,
             views: viewers.iter().take(2).fold([None; 2], |[_, last], viewer| {
                 [last, Some(view(viewer, self.center, self.scale))]
             }),
@@ -255,7 +298,11 @@ impl FaceTree {
             let items = tree.block_items(block as usize);
             let mut hits = mask & u16::MAX >> (LANES - items.len());
             while hits != 0 {
-                found.push(items[hits.trailing_zeros() as usize]);
+                let lane = hits.trailing_zeros();
+                found.push(FaceHit {
+                    face: items[lane as usize],
+                    place: block * LANES as u32 + lane,
+                });
                 hits &= hits - 1;
             }
         }

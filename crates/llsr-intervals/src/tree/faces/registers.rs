@@ -45,12 +45,20 @@ impl Register for Portable {
 
     #[inline(always)]
     fn mul_add(self, factor: Self, sum: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] * factor.0[i] + sum.0[i]))
+        let mut result = sum.0;
+        for (sum, (x, y)) in result.iter_mut().zip(self.0.iter().zip(&factor.0)) {
+            *sum += x * y;
+        }
+        Self(result)
     }
 
     #[inline(always)]
     fn exceeds(self, other: Self) -> u16 {
-        (0..LANES).fold(0, |bits, i| bits | u16::from(self.0[i] > other.0[i]) << i)
+        let mut bits = 0;
+        for (i, (x, y)) in self.0.iter().zip(&other.0).enumerate() {
+            bits |= u16::from(x > y) << i;
+        }
+        bits
     }
 }
 
@@ -128,19 +136,24 @@ impl Register for Avx2 {
     #[inline(always)]
     fn mul_add(self, factor: Self, sum: Self) -> Self {
         // SAFETY: as above.
-        Self(std::array::from_fn(|i| unsafe {
-            _mm256_fmadd_ps(self.0[i], factor.0[i], sum.0[i])
-        }))
+        Self(unsafe {
+            [
+                _mm256_fmadd_ps(self.0[0], factor.0[0], sum.0[0]),
+                _mm256_fmadd_ps(self.0[1], factor.0[1], sum.0[1]),
+            ]
+        })
     }
 
     #[inline(always)]
     fn exceeds(self, other: Self) -> u16 {
-        let half = |i: usize| {
-            // SAFETY: as above.
-            let bits = unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(self.0[i], other.0[i])) };
-            u16::from(bits as u8)
+        // SAFETY: as above.
+        let (low, high) = unsafe {
+            (
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(self.0[0], other.0[0])),
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(self.0[1], other.0[1])),
+            )
         };
-        half(0) | half(1) << (LANES / 2)
+        u16::from(low as u8) | u16::from(high as u8) << (LANES / 2)
     }
 
     #[inline(always)]

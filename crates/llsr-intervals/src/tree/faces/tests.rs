@@ -66,14 +66,25 @@ fn no_face_is_missed_and_most_others_are_left_out() {
             let d0 = center + vector(random) - apex;
             let d = [d0, d0 + 0.3 * vector(random)];
             let wedge = Wedge::cone(apex, d).expect("a wedge");
+            let double = uniform(random) > 0.0;
+            let wedge = if double { wedge.doubled() } else { wedge };
             let all: Vec<u32> = (0..3000)
-                .filter(|&f| meets(faces[f as usize], apex, d, 1e-9))
+                .filter(|&f| {
+                    let face = faces[f as usize];
+                    meets(face, apex, d, 1e-9) || double && meets(face, apex, d.map(|x| -x), 1e-9)
+                })
                 .collect();
             let viewer = Viewpoint::at(apex).expect("finite");
             let front = |f: u32| viewer.sees_front(faces[f as usize]);
             for viewers in [&[][..], &[viewer][..]] {
                 let mut found = Vec::new();
                 tree.query(&wedge, viewers, &mut scratch, &mut found);
+                for &hit in &found {
+                    let back = tree.corners(hit).map(|p| center + radius * p.as_dvec3());
+                    let off = (0..3).map(|k| back[k].distance(faces[hit.face as usize][k]));
+                    assert!(off.fold(0.0, f64::max) < 1e-5, "corners of face {}", hit.face);
+                }
+                let mut found: Vec<u32> = found.iter().map(|hit| hit.face).collect();
                 looked_at += found.len();
                 let before = found.len();
                 found.sort_unstable();
@@ -107,7 +118,7 @@ fn instructions_agree_up_to_rounding() {
             Viewpoint::at(apex).expect("finite"),
             Viewpoint::at(apex + 0.5).expect("finite"),
         ];
-        let all: Vec<Vec<u32>> = [Instructions::Portable, Instructions::Avx2, Instructions::Avx512]
+        let all: Vec<Vec<FaceHit>> = [Instructions::Portable, Instructions::Avx2, Instructions::Avx512]
             .into_iter()
             .map(|instructions| {
                 let mut found = Vec::new();
@@ -160,7 +171,7 @@ fn facing_away_drops_subtrees() {
     );
     assert!(front.len() < all.len(), "{} of {}", front.len(), all.len());
     assert!(
-        all.iter().any(|f| f % 2 == 1) && front.iter().any(|f| f % 2 == 0),
+        all.iter().any(|f| f.face % 2 == 1) && front.iter().any(|f| f.face % 2 == 0),
         "both sheets are met"
     );
     assert!(!front.is_empty(), "the upper sheet stays");

@@ -1,4 +1,4 @@
-//! Which objects a view lets move.
+//! Which objects of a scene it makes sense to let move.
 
 use llsr_scene::{ObjectId, Scene};
 
@@ -7,7 +7,7 @@ const MOST: usize = 1024;
 /// An object whose box is larger than this share of the scene's (by their diagonals) is what the others stand in.
 const LARGEST: f32 = 0.6;
 
-/// The objects of a scene that it makes sense to drag: all but those that hold the rest, and no more than 1024, the
+/// The objects of a scene that it makes sense to move: all but those that hold the rest, and no more than 1024, the
 /// largest of them.
 pub fn movable_objects(scene: &Scene) -> Vec<ObjectId> {
     let whole = scene.bounds().diagonal();
