@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use serde_json::Value;
+use llsr_epr::DroppedContrast;
+use serde_json::{Value, json};
 
 use crate::failure::Failure;
 
@@ -11,6 +12,35 @@ pub(crate) fn write_json(path: &Path, value: &Value) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(value).expect("a report holds strings and numbers only");
     text.push('\n');
     Ok(llsr_io::write_file(path, text.as_bytes())?)
+}
+
+/// What leaving out shadow edges does to the picture.
+pub(crate) fn contrast_json(contrast: &DroppedContrast) -> Value {
+    json!({
+        "threshold": contrast.threshold,
+        "measured": contrast.measured,
+        "mean": contrast.mean,
+        "largest": contrast.largest,
+        "above_threshold": contrast.above,
+    })
+}
+
+/// Says the same, and how many edges were left out; nothing if none were.
+pub(crate) fn print_contrast(dropped: usize, contrast: &DroppedContrast) {
+    if dropped == 0 {
+        return;
+    }
+    let percent = 100.0 * contrast.threshold;
+    println!("{dropped} shadow edges left out: their lights give less than {percent:.0}% of the light there");
+    if contrast.measured > 0 {
+        println!(
+            "  measured at {} of them: these shadows change the light by {:.2}% on average, {:.2}% at most, by more than {percent:.0}% at {}",
+            contrast.measured,
+            100.0 * contrast.mean,
+            100.0 * contrast.largest,
+            contrast.above
+        );
+    }
 }
 
 /// The first `most` warnings on standard error, and how to see the rest.

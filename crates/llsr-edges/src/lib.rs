@@ -11,8 +11,8 @@ mod view;
 pub use drawing::{Line, Part, Sight, Stroke, clip_to_picture, join, split_hidden};
 pub use mesh::{EdgeOptions, EdgeReport, EdgeScratch, FoundEdges, InvalidMesh, MeshEdges};
 pub use shadow::{
-    Gaps, ImportanceReport, ShadowEdge, ShadowEdges, ShadowKind, ShadowLight, ShadowMesh, ShadowObject,
-    ShadowOptions, ShadowScene, ShadowSource, ShadowStatistics,
+    DroppedEdge, Gaps, ImportanceReport, ShadowEdge, ShadowEdges, ShadowKind, ShadowLight, ShadowMesh,
+    ShadowObject, ShadowOptions, ShadowScene, ShadowSource, ShadowStatistics,
 };
 pub use view::{
     EdgeClass, EdgeRun, EdgeWarning, Eye, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView,

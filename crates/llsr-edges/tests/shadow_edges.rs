@@ -279,7 +279,7 @@ fn edges_of_outshone_lights_are_dropped() {
     let all = ShadowEdges::compute(&prepared, prepared.all_triples());
     for (threshold, gone) in [(0.0, 0), (7e-7, 2), (1.5e-6, 3), (0.06, 3), (0.12, 4), (2.0, 7)] {
         let mut edges = all.clone();
-        let report = edges.drop_unimportant(&prepared, threshold, irradiance);
+        let report = edges.drop_unimportant(&prepared, threshold, irradiance, irradiance);
         assert_eq!(report.kept + report.dropped, all.len(), "all are counted");
         assert_eq!(report.kept, edges.len(), "kept");
         let mut order: Vec<usize> = (0..7).collect();
@@ -294,7 +294,41 @@ fn edges_of_outshone_lights_are_dropped() {
             report.largest_dropped <= threshold,
             "{report:?} with threshold {threshold}"
         );
+        assert_eq!(edges.dropped(), expected, "remembered");
+        assert_eq!(report.sample.is_empty(), expected == 0, "some are named");
+        let named = report.sample.iter().all(|e| dropped.contains(&e.light.index()));
+        assert!(named, "{:?}", report.sample);
     }
+    // Beside a weak light's shadow the first, and at last all stronger ones, may be hidden: then it matters.
+    let count = |from: f64| {
+        let mut edges = all.clone();
+        let past = |light: LightId, _: DVec3, _: DVec3| {
+            if power[light.index()] > from {
+                0.0
+            } else {
+                power[light.index()]
+            }
+        };
+        let report = edges.drop_unimportant(&prepared, 3e-6, irradiance, past);
+        // What was computed again is there again.
+        let light = scene.lights[6].clone();
+        let mut moved = prepared.clone();
+        assert!(moved.move_light(LightId(6), &light), "to where it was");
+        edges.light_moved(&moved, LightId(6));
+        let back = edges.iter().filter(|e| e.triple.light == LightId(6)).count();
+        let before = all.iter().filter(|e| e.triple.light == LightId(6)).count();
+        assert_eq!(back, before, "computed again");
+        report.dropped
+    };
+    assert_eq!(
+        count(1.0),
+        count(0.9),
+        "half of the light is enough to outshine them"
+    );
+    assert!(
+        count(1.0) > 0 && count(0.0) == 0,
+        "if nothing stronger comes through, none is dropped"
+    );
 }
 
 #[test]

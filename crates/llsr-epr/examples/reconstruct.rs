@@ -209,13 +209,7 @@ fn main() -> ExitCode {
     edges.find(picture_of, None, &mut SceneScratch::default(), &mut found);
     let mut segments = found.segments().to_vec();
     let seen = segments.len();
-    segments.extend(narrow_shadow_edges(
-        &scene,
-        &edges,
-        triples,
-        view.camera,
-        viewport,
-    ));
+    segments.extend(narrow_shadow_edges(&scene, &tracer, &edges, triples, view.camera, viewport).segments);
     println!(
         "{name} at {width}x{width}: {} samples, {seen} edges of surfaces, {} of shadows",
         samples.len(),

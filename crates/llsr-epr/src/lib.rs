@@ -6,6 +6,7 @@
 
 mod external;
 mod frame;
+mod importance;
 mod movable;
 mod pool;
 mod still;
@@ -15,11 +16,12 @@ pub use frame::{
     BlindInterpolation, CameraPath, CameraPathError, FrameError, FrameRenderer, FrameReport, FrameSettings,
     LockstepRenderer, StageTimes, ray_trace,
 };
+pub use importance::{DroppedContrast, drop_outshone, dropped_contrast};
 pub use movable::movable_objects;
 pub use pool::{
     Harvest, Lockstep, Overflow, PoolCounts, PoolSettings, PoolStatus, ShaderPool, shade_lockstep,
 };
 pub use still::{
-    Still, StillCounts, StillError, StillLayer, StillSettings, narrow_shadow_edges, render_still,
-    still_steps, view_edges,
+    NarrowShadows, Still, StillCounts, StillError, StillLayer, StillSettings, narrow_shadow_edges,
+    render_still, still_steps, view_edges,
 };

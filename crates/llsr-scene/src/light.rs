@@ -196,13 +196,26 @@ impl Light {
     /// assert_eq!(tube.rough_irradiance(DVec3::ZERO, -DVec3::Y), 0.0, "a surface that faces away receives nothing");
     /// ```
     pub fn rough_irradiance(&self, point: DVec3, normal: DVec3) -> f64 {
+        self.rough_irradiance_past(point, normal, |_| true)
+    }
+
+    /// The same from those of the three places that are `visible`, which is asked of places in front of the surface only.
+    pub fn rough_irradiance_past(
+        &self,
+        point: DVec3,
+        normal: DVec3,
+        mut visible: impl FnMut(DVec3) -> bool,
+    ) -> f64 {
         let (a, b) = self.ends();
-        let from = |place: DVec3| {
+        let mut sum = 0.0;
+        for place in [a, 0.5 * (a + b), b] {
             let to = place - point;
-            let square = to.length_squared();
-            normal.dot(to).max(0.0) / (square * square.sqrt())
-        };
-        self.flux() * [a, 0.5 * (a + b), b].map(from).iter().sum::<f64>()
+            let (square, cosine) = (to.length_squared(), normal.dot(to));
+            if cosine > 0.0 && visible(place) {
+                sum += cosine / (square * square.sqrt());
+            }
+        }
+        self.flux() * sum
     }
 
     /// The two ends of the light; equal for a point light, opposite corners or points of the rim for an area.

@@ -7,6 +7,7 @@ use llsr_edges::{
     EdgeClass, Eye, FoundEdges, Part, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView,
     Sight, Stroke, clip_to_picture, join, split_hidden,
 };
+use llsr_epr::dropped_contrast;
 use llsr_io::{Development, Image, Tone, exposure_for, write_png};
 use llsr_scene::{Camera, ObjectId, Scene, Viewport, srgb_to_linear};
 use llsr_shading::{Settings, render, tile_count};
@@ -16,7 +17,7 @@ use serde_json::{Value, json};
 use crate::args::{Common, DrawingFormat, EdgesArgs};
 use crate::camera;
 use crate::clock::Stopwatch;
-use crate::drawing::{DrawnLine, Layer, Shadows, flatten, obj, overlay, svg};
+use crate::drawing::{DrawnLine, Layer, Shadows, UNIMPORTANT, flatten, obj, overlay, svg};
 use crate::failure::Failure;
 use crate::load::load;
 use crate::progress::Progress;
@@ -93,7 +94,14 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
         .filter_map(|edge| stroke(edge.class.into(), edge.object, edge.segment))
         .collect();
     let first_shadow = strokes.len();
-    let shadows = Shadows::of(scene, &edges, &options, common.quiet)?;
+    let shadows = Shadows::of(scene, &tracer, &edges, &options, common.quiet)?;
+    let unmarked = dropped_contrast(
+        scene,
+        &tracer,
+        &Settings::default(),
+        &shadows.dropped_sample,
+        UNIMPORTANT,
+    );
     for (count, of_shadows) in counts.iter_mut().zip(shadows.counts) {
         *count += of_shadows;
     }
@@ -172,6 +180,7 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
             "counts": named(&counts),
             "lines": drawn,
             "unimportant_shadow_edges": shadows.dropped,
+            "unimportant_contrast": report::contrast_json(&unmarked),
             "specks_left_out": lines.len() - drawn,
             "hidden_share_of_length": if all > 0.0 { hidden / all } else { 0.0 },
             "threads": rayon::current_num_threads(),
@@ -212,12 +221,7 @@ pub(crate) fn run(args: &EdgesArgs, common: &Common) -> Result<(), Failure> {
                 named.join(", ")
             ),
         }
-        if shadows.dropped > 0 {
-            println!(
-                "{} shadow edges left out: other lights outshine theirs there a hundred times",
-                shadows.dropped
-            );
-        }
+        report::print_contrast(shadows.dropped, &unmarked);
         if all > 0.0 {
             let fate = if args.hidden { "dashed" } else { "removed" };
             println!(

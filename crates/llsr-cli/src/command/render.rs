@@ -217,6 +217,8 @@ fn still_json(still: &StillSettings, counts: &StillCounts) -> Value {
         "rounds": still.rounds,
         "edge_segments": counts.segments,
         "shadow_segments": counts.shadow_segments,
+        "unimportant_shadow_edges": counts.shadow_edges_dropped,
+        "unimportant_contrast": report::contrast_json(&counts.dropped_contrast),
         "pixels": { "empty": counts.empty, "simple": counts.simple, "complex": counts.complex },
         "shaded": counts.rounds,
         "regions_missed": counts.regions_missed,
@@ -226,6 +228,7 @@ fn still_json(still: &StillSettings, counts: &StillCounts) -> Value {
 }
 
 fn print_still(counts: &StillCounts) {
+    report::print_contrast(counts.shadow_edges_dropped, &counts.dropped_contrast);
     let pixels = (counts.empty + counts.simple + counts.complex) as u64;
     let percent = |part: usize| 100.0 * share(part as u64, pixels);
     println!(

@@ -12,7 +12,7 @@ use llsr_edges::{EdgeClass, Line};
 pub(crate) use flat::{FlatLine, flatten};
 pub(crate) use obj::obj;
 pub(crate) use overlay::overlay;
-pub(crate) use shadows::Shadows;
+pub(crate) use shadows::{Shadows, UNIMPORTANT};
 pub(crate) use svg::svg;
 
 /// Why a line is drawn: a layer of the drawing.

@@ -2,9 +2,12 @@
 
 use glam::Vec3;
 use llsr_edges::{
-    SceneEdgeOptions, SceneEdges, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene, onto_surface,
+    DroppedEdge, SceneEdgeOptions, SceneEdges, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene,
+    onto_surface,
 };
+use llsr_epr::drop_outshone;
 use llsr_scene::{Geometry, ObjectId, Scene};
+use llsr_tracer::Tracer;
 
 use super::Layer;
 use crate::clock::Stopwatch;
@@ -12,7 +15,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 
 /// Edges are left out of lights that give less than this share of the light where they fall.
-const UNIMPORTANT: f64 = 0.01;
+pub(crate) const UNIMPORTANT: f64 = 0.01;
 
 /// The shadow edges that matter, with the objects that they lie on.
 #[derive(Default)]
@@ -23,6 +26,8 @@ pub(crate) struct Shadows {
     pub(crate) counts: [usize; 6],
     /// Edges left out because other lights outshine theirs.
     pub(crate) dropped: usize,
+    /// Some of these.
+    pub(crate) dropped_sample: Vec<DroppedEdge>,
     /// What it took.
     pub(crate) milliseconds: f64,
 }
@@ -31,6 +36,7 @@ impl Shadows {
     /// All shadow edges of a scene, light by light; none without lights.
     pub(crate) fn of(
         scene: &Scene,
+        tracer: &Tracer,
         edges: &SceneEdges,
         options: &SceneEdgeOptions,
         quiet: bool,
@@ -55,9 +61,7 @@ impl Shadows {
             }
         }
         progress.finish();
-        let report = shadows.drop_unimportant(&prepared, UNIMPORTANT, |light, point, normal| {
-            scene.lights[light.index()].rough_irradiance(point, normal)
-        });
+        let report = drop_outshone(scene, tracer, &prepared, &mut shadows, UNIMPORTANT);
         let mut edges = Vec::with_capacity(shadows.len());
         let mut counts = [0; 6];
         for edge in shadows.iter() {
@@ -83,6 +87,7 @@ impl Shadows {
             edges,
             counts,
             dropped: report.dropped,
+            dropped_sample: report.sample,
             milliseconds: 1e3 * watch.read().wall,
         })
     }

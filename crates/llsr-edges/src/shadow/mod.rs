@@ -53,7 +53,7 @@ use llsr_intervals::FaceStatistics;
 use llsr_scene::{ObjectId, Triple};
 
 pub use gaps::Gaps;
-pub use importance::ImportanceReport;
+pub use importance::{DroppedEdge, ImportanceReport};
 pub use light::ShadowLight;
 pub use mesh::ShadowMesh;
 pub use scene::{ShadowObject, ShadowOptions, ShadowScene};

@@ -39,6 +39,8 @@ struct Pair {
 #[derive(Clone, Debug, Default)]
 struct Chunk {
     edges: Vec<ShadowEdge>,
+    /// Edges that were dropped since.
+    dropped: usize,
     statistics: ShadowStatistics,
 }
 
@@ -161,6 +163,13 @@ impl ShadowEdges {
             .sum()
     }
 
+    /// Edges of the present triples that [`drop_unimportant`](Self::drop_unimportant) has taken away and that have not been
+    /// computed again.
+    pub fn dropped(&self) -> usize {
+        let chunks = self.pairs.values().flat_map(|pair| &pair.chunks);
+        chunks.map(|chunk| chunk.dropped).sum()
+    }
+
     /// There are no edges.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -170,7 +179,9 @@ impl ShadowEdges {
     pub(super) fn retain_edges(&mut self, mut keep: impl FnMut(&ShadowEdge) -> bool) -> usize {
         let before = self.len();
         for chunk in self.pairs.values_mut().flat_map(|pair| &mut pair.chunks) {
+            let all = chunk.edges.len();
             chunk.edges.retain(&mut keep);
+            chunk.dropped += all - chunk.edges.len();
         }
         before - self.len()
     }
@@ -257,6 +268,7 @@ fn run(
     scratch: &mut Scratch,
 ) {
     chunk.edges.clear();
+    chunk.dropped = 0;
     chunk.statistics = ShadowStatistics::default();
     let Some(source) = scene.light(light) else { return };
     for event in events {

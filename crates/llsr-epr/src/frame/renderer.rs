@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use glam::{Mat4, Vec3};
-use llsr_edges::{SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView};
+use llsr_edges::{DroppedEdge, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView};
 use llsr_epi::{
     AntialiasBand, ClassifyBand, ComplexBand, EdgeList, EdgePointImage, FillBand, InterpolateBand, Picture,
     RasterizeBand, ReachBand, SamplePlanes,
@@ -252,6 +252,13 @@ impl FrameRenderer {
         &self.report
     }
 
+    /// Some of the shadow edges that were left out last because other lights outshine theirs, to measure what that does to the
+    /// picture ([`dropped_contrast`](crate::dropped_contrast)).
+    pub fn dropped_shadow_edges(&self) -> &[DroppedEdge] {
+        let shadows = self.shadows.as_ref();
+        shadows.map_or(&[], |shadows| &shadows.dropped().1.sample)
+    }
+
     /// The rays that the last frame asks the shader to shade; ids are not used twice.
     pub fn requests(&self) -> &[ShadeRequest] {
         &self.requests
@@ -431,6 +438,7 @@ impl FrameRenderer {
             },
             silhouette_edges: self.scratch.found.len(),
             shadow_edges: shadow_edge_count,
+            shadow_edges_dropped: self.shadows.as_ref().map_or(0, |shadows| shadows.dropped().0),
             shadow_pairs,
             edges_in_picture: self.list.len(),
             pixels: self.image.class_counts(),

@@ -113,6 +113,8 @@ pub struct FrameReport {
     pub silhouette_edges: usize,
     /// Shadow edges drawn.
     pub shadow_edges: usize,
+    /// Shadow edges left out because other lights outshine theirs.
+    pub shadow_edges_dropped: usize,
     /// Pairs of light and blocker whose shadow edges were computed for this frame.
     pub shadow_pairs: usize,
     /// Edges of either kind of which a part lies in the picture.

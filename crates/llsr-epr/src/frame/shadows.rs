@@ -1,7 +1,7 @@
 //! Shadow edges that are kept from frame to frame (BWG03 section 6.5).
 
 use glam::{Affine3A, DVec3, Vec3};
-use llsr_edges::{SceneEdges, ShadowEdges, ShadowOptions, ShadowScene};
+use llsr_edges::{ImportanceReport, SceneEdges, ShadowEdges, ShadowOptions, ShadowScene};
 use llsr_scene::{Light, LightId, ObjectId, Scene, Triple};
 
 /// Frames between two looks at what was met.
@@ -29,6 +29,8 @@ pub(crate) struct Shadows {
     /// For each light its middle (m) and its flux.
     lights: Vec<(DVec3, f64)>,
     least_share: f64,
+    /// What was left out for it, last.
+    dropped: ImportanceReport,
     moved_objects: Vec<ObjectId>,
     moved_lights: Vec<LightId>,
 }
@@ -48,6 +50,7 @@ impl Shadows {
             waited: PATIENCE,
             lights: scene.lights.iter().map(strength).collect(),
             least_share,
+            dropped: ImportanceReport::default(),
             moved_objects: Vec::new(),
             moved_lights: Vec::new(),
         }
@@ -74,6 +77,11 @@ impl Shadows {
     /// All edges (m, recentred frame), as of the last [`update`](Self::update).
     pub(crate) fn segments(&self) -> &[[Vec3; 2]] {
         &self.segments
+    }
+
+    /// The edges of outshone lights that are left out, and some of those that were last.
+    pub(crate) fn dropped(&self) -> (usize, &ImportanceReport) {
+        (self.edges.dropped(), &self.dropped)
     }
 
     /// Computes again what has moved, and for the first time what was met. Returns for how many pairs of light and blocker there
@@ -106,8 +114,10 @@ impl Shadows {
                     let square = to.length_squared().max(f64::MIN_POSITIVE);
                     flux * normal.dot(to).max(0.0) / (square * square.sqrt())
                 };
-                self.edges
-                    .drop_unimportant(&self.scene, self.least_share, irradiance);
+                // Frames know nothing of visibility: strong lights are taken as seen.
+                self.dropped =
+                    self.edges
+                        .drop_unimportant(&self.scene, self.least_share, irradiance, irradiance);
             }
             self.segments.clear();
             self.segments.extend(self.edges.iter().map(|edge| edge.segment));

@@ -18,8 +18,9 @@ use llsr_tracer::Tracer;
 use rayon::prelude::*;
 
 pub use edges::view_edges;
-pub use shadows::narrow_shadow_edges;
+pub use shadows::{NarrowShadows, narrow_shadow_edges};
 
+use crate::DroppedContrast;
 use crate::still::paint::Painter;
 use crate::still::sample::{Choice, Shaded};
 use crate::still::spread::{AROUND, Links};
@@ -118,12 +119,16 @@ impl Default for StillSettings {
 }
 
 /// What a picture took, in pixels where nothing else is said.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StillCounts {
     /// Segments of edges before clipping and hiding.
     pub segments: usize,
     /// Those of them that are edges of shadows.
     pub shadow_segments: usize,
+    /// Shadow edges that were left out because other lights outshine theirs.
+    pub shadow_edges_dropped: usize,
+    /// How strong the shadows of those are.
+    pub dropped_contrast: DroppedContrast,
     /// Pixels without an edge.
     pub empty: usize,
     /// Pixels with one edge.
@@ -237,7 +242,12 @@ pub fn render_still(
         choice.take(round, &pixels, &light);
         counts.rounds.push(pixels.len());
         // What the first samples met says which shadows there are.
-        let shadows = narrow_shadow_edges(scene, &scene_edges, met, camera, viewport);
+        let shadows = narrow_shadow_edges(scene, tracer, &scene_edges, met, camera, viewport);
+        if round == 0 {
+            counts.shadow_edges_dropped = shadows.dropped;
+            counts.dropped_contrast = shadows.dropped_contrast;
+        }
+        let shadows = shadows.segments;
         if shadows.is_empty() {
             continue;
         }

@@ -4,13 +4,31 @@
 //! (BWG03 section 6.3 and figure 9) until it is a jump. Only there edges keep samples apart.
 
 use glam::{DVec3, Vec3};
-use llsr_edges::{SceneEdges, ShadowEdge, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene, ShadowSource};
+use llsr_edges::{
+    ImportanceReport, SceneEdges, ShadowEdge, ShadowEdges, ShadowKind, ShadowOptions, ShadowScene,
+    ShadowSource,
+};
 use llsr_scene::{Camera, Projection, Scene, Triple, Viewport};
+use llsr_shading::Settings;
+use llsr_tracer::Tracer;
+
+use crate::importance::{DroppedContrast, drop_outshone, dropped_contrast};
 
 /// A shadow edge counts if its penumbra is narrower than this, in pixels.
 const NARROW: f64 = 3.0;
 /// Lights that together give less than this share of the light at an edge have no shadow edges there.
 const UNIMPORTANT: f64 = 0.05;
+
+/// Shadow edges that a picture needs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NarrowShadows {
+    /// The edges (m, recentred frame).
+    pub segments: Vec<[Vec3; 2]>,
+    /// Shadow edges, narrow or not, that were left out because other lights outshine theirs.
+    pub dropped: usize,
+    /// How strong the shadows of those are.
+    pub dropped_contrast: DroppedContrast,
+}
 
 /// The shadow edges (m, recentred frame) of `triples` that are narrow as `camera` sees them: their penumbra takes less than three
 /// pixels. `edges` are those of the scene.
@@ -20,22 +38,23 @@ const UNIMPORTANT: f64 = 0.05;
 /// edge, a look at all lights.
 pub fn narrow_shadow_edges(
     scene: &Scene,
+    tracer: &Tracer,
     edges: &SceneEdges,
     triples: Vec<Triple>,
     camera: &Camera,
     viewport: Viewport,
-) -> Vec<[Vec3; 2]> {
+) -> NarrowShadows {
     if triples.is_empty() {
-        return Vec::new();
+        return NarrowShadows::default();
     }
     let (prepared, _) =
         ShadowScene::with_edges(scene, ShadowOptions::default(), |mesh, _| edges.shared_mesh(mesh));
     let mut shadows = ShadowEdges::compute(&prepared, triples);
-    if scene.lights.len() > 1 {
-        shadows.drop_unimportant(&prepared, UNIMPORTANT, |light, point, normal| {
-            scene.lights[light.index()].rough_irradiance(point, normal)
-        });
-    }
+    let report = if scene.lights.len() > 1 {
+        drop_outshone(scene, tracer, &prepared, &mut shadows, UNIMPORTANT)
+    } else {
+        ImportanceReport::default()
+    };
     let narrow = |edge: &&ShadowEdge| {
         edge.kind == ShadowKind::Hard
             || width(scene, &prepared, edge).is_none_or(|width| {
@@ -44,7 +63,11 @@ pub fn narrow_shadow_edges(
     };
     let seen = |edge: &&ShadowEdge| faces(scene, &prepared, edge, camera).unwrap_or(true);
     let kept = shadows.iter().filter(narrow).filter(seen);
-    kept.map(|edge| edge.segment).collect()
+    NarrowShadows {
+        segments: kept.map(|edge| edge.segment).collect(),
+        dropped: report.dropped,
+        dropped_contrast: dropped_contrast(scene, tracer, &Settings::default(), &report.sample, UNIMPORTANT),
+    }
 }
 
 /// Does the camera look at the side of the receiver on which the light falls?

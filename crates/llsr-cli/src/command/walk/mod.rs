@@ -9,9 +9,11 @@ mod wander;
 
 use std::sync::Arc;
 
-use llsr_epr::{ExternalSettings, ExternalShader, FrameRenderer, FrameSettings, ray_trace};
+use llsr_epr::{ExternalSettings, ExternalShader, FrameRenderer, FrameSettings, dropped_contrast, ray_trace};
 use llsr_scene::{Camera, Viewport};
-use llsr_shading::{DirectShader, GiSettings, GiShader, GlossySettings, GlossyShader, Shader, World};
+use llsr_shading::{
+    DirectShader, GiSettings, GiShader, GlossySettings, GlossyShader, Settings, Shader, World,
+};
 
 use crate::args::{Common, Compare, WalkArgs, WalkShader};
 use crate::camera;
@@ -150,6 +152,13 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     }
     walk.live = trouble.live;
     walk.finish(drive.renderer(), &raytraced);
+    walk.unmarked = dropped_contrast(
+        world.scene(),
+        world.tracer(),
+        &Settings::default(),
+        drive.renderer().dropped_shadow_edges(),
+        drive.renderer().settings().shadow_least_share,
+    );
     if let Some(path) = &common.report {
         reports::write_json(path, &walk.json())?;
     }

@@ -1,9 +1,10 @@
 //! What a walk reports.
 
-use llsr_epr::{FrameRenderer, FrameReport};
+use llsr_epr::{DroppedContrast, FrameRenderer, FrameReport};
 use serde_json::{Map, Value, json};
 
 use crate::clock::Seconds;
+use crate::report as reports;
 
 /// One frame of a report.
 #[derive(Clone, Debug, Default)]
@@ -36,6 +37,8 @@ pub(crate) struct Walk {
     /// Counts of the pool, in live mode.
     pub(crate) live: Option<Value>,
     pub(crate) summary: Summary,
+    /// What the shadow edges left out at the end do to the picture.
+    pub(crate) unmarked: DroppedContrast,
 }
 
 #[derive(Default)]
@@ -144,6 +147,7 @@ impl Walk {
             "live": self.live,
             "warnings": self.warnings,
             "frames": frames,
+            "unimportant_contrast": reports::contrast_json(&self.unmarked),
             "summary": self.summary.json(&self.frames),
         })
     }
@@ -159,6 +163,11 @@ impl Walk {
             self.frames.len(),
             self.shader
         );
+        let dropped = self
+            .frames
+            .last()
+            .map_or(0, |line| line.report.shadow_edges_dropped);
+        reports::print_contrast(dropped, &self.unmarked);
         let stages: Vec<String> = self
             .summary
             .median_ms
@@ -224,6 +233,7 @@ impl FrameLine {
             "edges": {
                 "silhouette": report.silhouette_edges,
                 "shadow": report.shadow_edges,
+                "shadow_unimportant": report.shadow_edges_dropped,
                 "shadow_pairs_updated": report.shadow_pairs,
                 "in_picture": report.edges_in_picture,
             },
