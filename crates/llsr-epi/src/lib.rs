@@ -66,6 +66,6 @@ pub use edges::{EdgeList, ScreenSegment};
 pub use image::{ClassCounts, EdgePointImage, MAX_SIZE, PixelCrossings, Settings, SizeError};
 pub use kernel::Kernel;
 pub use load::SamplePlanes;
-pub use occlusion::Occlusion;
+pub use occlusion::{CELL, Occlusion};
 pub use picture::{Picture, UNREACHED};
 pub use pixels::{Point, Sample};

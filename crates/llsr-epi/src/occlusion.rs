@@ -1,6 +1,7 @@
 //! Conservative depth limits from the samples, to cull hidden edges (BWG03 section 4.5).
 
 use crate::colour::unpack_depth;
+use crate::image::EdgePointImage;
 use crate::pixels::{Pixels, SAMPLE_SHIFT};
 
 /// How careful occlusion culling is.
@@ -25,6 +26,9 @@ impl Default for Occlusion {
     }
 }
 
+/// Rows and columns of pixels in a cell of [`EdgePointImage::bound_depths`].
+pub const CELL: usize = 4;
+
 /// Rows and columns of pixels that share a limit.
 pub(crate) const SHARED: usize = 2;
 
@@ -36,6 +40,10 @@ pub(crate) const SHARED: usize = 2;
 pub(crate) struct DepthLimits {
     columns: usize,
     keys: Vec<u16>,
+    /// Columns of cells of 4x4 pixels.
+    cells: usize,
+    /// A bound for each cell in the form of a key, 0 for none; no cells at all where no bounds were given.
+    bounds: Vec<u16>,
 }
 
 /// Scratch memory of one worker: largest depth code and number of samples in four rows, with padding.
@@ -51,19 +59,53 @@ impl DepthLimits {
         Self {
             columns,
             keys: vec![0; columns * height.div_ceil(SHARED)],
+            cells: width.div_ceil(CELL),
+            bounds: Vec::new(),
         }
+    }
+
+    /// Takes depths over as keys.
+    fn bound(&mut self, depths: &[f32]) {
+        self.bounds.clear();
+        self.bounds.extend(depths.iter().map(|&depth| {
+            let key = if depth > 0.0 { -1.0 / depth } else { 0.0 };
+            (key.to_bits() >> 16) as u16
+        }));
     }
 
     /// Splits the limits into bands of `rows` rows of pixels, which must be even.
     pub(crate) fn bands_mut(&mut self, rows: usize) -> impl Iterator<Item = BandLimits<'_>> {
-        let columns = self.columns;
+        let (columns, cells) = (self.columns, self.cells);
         let rows = rows / SHARED;
+        let bounds = &self.bounds[..];
         let bands = self.keys.chunks_mut(rows * columns).enumerate();
         bands.map(move |(i, keys)| BandLimits {
             columns,
             first: i * rows,
             keys,
+            cells,
+            bounds,
         })
+    }
+}
+
+impl EdgePointImage {
+    /// Says from elsewhere how far one sees: edges behind these depths are left out by the next
+    /// [`rasterize`](Self::rasterize) with an [`Occlusion`], whatever the samples say.
+    ///
+    /// `depths` holds one depth for each cell of 4x4 pixels, row by row, as many as cover the picture; an infinite one
+    /// says nothing. Without any, as in the beginning, there are no bounds.
+    ///
+    /// # Panics
+    /// If there are neither none nor as many as cells.
+    pub fn bound_depths(&mut self, depths: &[f32]) {
+        let cells = self.pixels.width.div_ceil(CELL) * self.pixels.height.div_ceil(CELL);
+        assert!(
+            depths.is_empty() || depths.len() == cells,
+            "{} depths for {cells} cells",
+            depths.len()
+        );
+        self.limits.bound(depths);
     }
 }
 
@@ -74,6 +116,8 @@ pub(crate) struct BandLimits<'a> {
     /// First row of limits.
     first: usize,
     keys: &'a mut [u16],
+    cells: usize,
+    bounds: &'a [u16],
 }
 
 impl BandLimits<'_> {
@@ -111,6 +155,13 @@ impl BandLimits<'_> {
                 let limit = -count / (unpack_depth(depth) * (base * count + 16.0 * sparse));
                 let limit = if count == 0.0 { f32::INFINITY } else { limit };
                 *key = (limit.to_bits() >> 16) as u16;
+            }
+            let Some(bounds) = self.bounds.get(row / CELL * self.cells..) else {
+                continue;
+            };
+            for (keys, &bound) in keys.chunks_mut(CELL / SHARED).zip(bounds) {
+                // Keys of numbers that are not positive grow towards the eye; without a limit the key is below them all.
+                keys.iter_mut().for_each(|key| *key = (*key).max(bound));
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use glam::{Vec2, Vec3};
 use llsr_epi::{
-    EdgeList, EdgePointImage, Kernel, Occlusion, Picture, Point, ScreenSegment, Settings, UNREACHED, paper,
+    CELL, EdgeList, EdgePointImage, Kernel, Occlusion, Picture, Point, ScreenSegment, Settings, UNREACHED,
+    paper,
 };
 use llsr_testkit::epi::edge_sets::{hatching, thicket};
 use llsr_testkit::epi::windows::Stream;
@@ -256,9 +257,20 @@ fn edges_are_hidden_where_they_lie_behind_all_samples_around() {
         };
         let mut list = EdgeList::new(width, height);
         list.push(across);
+        // In every other round something else says how far one sees, in some of the cells.
+        let (columns, rows) = (width.div_ceil(CELL as u32), height.div_ceil(CELL as u32));
+        let bounds: Vec<f32> = (0..(columns * rows) * (round % 2))
+            .map(|_| match stream.below(3) {
+                0 => f32::INFINITY,
+                _ => 0.8 + 2.0 * stream.unit(),
+            })
+            .collect();
+        image.bound_depths(&bounds);
         image.rasterize(&list, Some(occlusion));
         for y in 0..=height {
-            let limit = limit(&image, occlusion, column, y.min(height - 1));
+            let cell = y.min(height - 1) / CELL as u32 * columns + column / CELL as u32;
+            let bound = bounds.get(cell as usize).copied().unwrap_or(f32::INFINITY);
+            let limit = limit(&image, occlusion, column, y.min(height - 1)).min(bound);
             let there = image.crossings(column, y).above != 0;
             // Limits are stored to the nearer side of 1%, depths to 0.1%.
             if depth > limit * 1.011 {

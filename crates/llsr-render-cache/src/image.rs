@@ -299,6 +299,17 @@ impl PointImage {
     /// # Panics
     /// If there is no such pixel.
     pub fn discard(&mut self, store: &mut PointStore, x: u32, y: u32) {
+        if let Some(slot) = self.hide(x, y) {
+            store.discard(slot);
+        }
+    }
+
+    /// Takes the point of a pixel out of the picture alone: it may be seen again in another view. Returns its slot, or
+    /// `None` where there is no point.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    pub fn hide(&mut self, x: u32, y: u32) -> Option<u32> {
         let (width, height) = self.size();
         assert!(
             x < width && y < height,
@@ -308,7 +319,7 @@ impl PointImage {
         let planes = &mut self.planes;
         let slot = std::mem::replace(&mut planes.slot[i], NO_SLOT);
         if slot == NO_SLOT {
-            return;
+            return None;
         }
         planes.region[i] = 0;
         planes.age[i] = 0;
@@ -320,7 +331,7 @@ impl PointImage {
             counts.occupied = counts.occupied.saturating_sub(1);
             counts.hidden += 1;
         }
-        store.discard(slot);
+        Some(slot)
     }
 
     /// The slot of the nearest point that fell into a pixel, even if it was dropped as hidden. It may have been replaced

@@ -5,7 +5,7 @@
 //! reaches without crossing an edge lies on the same piece of surface. If such a point is clearly nearer, the farther one is
 //! hidden.
 
-use llsr_epi::EdgePointImage;
+use llsr_epi::{CELL, EdgePointImage};
 use llsr_render_cache::{OCCUPIED, PointImage, PointStore};
 
 /// How much nearer, as a share of the depth, a point of another object must be: an object may run into another without an
@@ -83,6 +83,31 @@ impl HiddenScratch {
             }
         }
         (&self.least, &self.region)
+    }
+
+    /// Takes points that lie beyond the depths of the cells of 4x4 pixels (see [`Occluders`](super::occluders::Occluders)) out of the
+    /// picture; the cache keeps them. Returns how many.
+    pub(crate) fn hide_beyond(&mut self, depths: &[f32], points: &mut PointImage) -> usize {
+        let (width, height) = points.size();
+        let (columns, stride) = (width as usize, points.stride());
+        self.hidden.clear();
+        for y in 0..height as usize {
+            let row = &points.depth_plane()[y * stride..][..columns];
+            let cells = &depths[y / CELL * columns.div_ceil(CELL)..];
+            for (cell, (row, &limit)) in row.chunks(CELL).zip(cells).enumerate() {
+                let beyond = |depth: f32| (depth > limit) & (depth < f32::INFINITY);
+                if !row.iter().fold(false, |any, &depth| any | beyond(depth)) {
+                    continue;
+                }
+                let found = row.iter().enumerate().filter(|&(_, &depth)| beyond(depth));
+                self.hidden
+                    .extend(found.map(|(i, _)| ((cell * CELL + i) as u32, y as u32)));
+            }
+        }
+        for &(x, y) in &self.hidden {
+            points.hide(x, y);
+        }
+        self.hidden.len()
     }
 
     /// Takes the points that are hidden behind what they reach out of picture and cache; the edge-and-point image keeps them.

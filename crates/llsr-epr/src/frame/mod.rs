@@ -5,6 +5,7 @@ mod camera_path;
 mod hidden;
 mod lockstep;
 mod motion;
+mod occluders;
 mod patch;
 mod predict;
 mod renderer;

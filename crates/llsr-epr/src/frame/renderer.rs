@@ -17,6 +17,7 @@ use llsr_shading::{Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoin
 
 use crate::frame::hidden::HiddenScratch;
 use crate::frame::motion::{LightSpan, Shade};
+use crate::frame::occluders::Occluders;
 use crate::frame::patch::{PatchScratch, patch};
 use crate::frame::predict::extrapolate;
 use crate::frame::settings::{FrameReport, FrameSettings, StageTimes};
@@ -85,6 +86,7 @@ pub struct FrameRenderer {
     settings: FrameSettings,
     edges: SceneEdges,
     shadows: Option<Shadows>,
+    occluders: Occluders,
     /// For each object the samples taken in when one met it last, and all of them.
     seen: Vec<u64>,
     taken: u64,
@@ -160,6 +162,7 @@ impl FrameRenderer {
             shadows: settings
                 .shadow_edges
                 .then(|| Shadows::new(scene, &edges, settings.shadow_least_share)),
+            occluders: Occluders::new(scene),
             edges,
             seen: vec![0; scene.objects.len()],
             taken: 0,
@@ -365,6 +368,16 @@ impl FrameRenderer {
         let rest = u8::MAX - 1 - self.stale_frames();
         self.store.advance_to_rest(1, rest, u8::MAX - 1);
         self.reproject(&matrix);
+        let (edges, occlusion) = (&self.edges, self.settings.occlusion);
+        let behind = match occlusion {
+            Some(_) => {
+                let place = |object| edges.transform(object);
+                let depths = self.occluders.update(&matrix, self.viewport, place);
+                self.image.bound_depths(depths);
+                self.scratch.hidden.hide_beyond(depths, &mut self.points)
+            }
+            None => 0,
+        };
         ms.points = watch.lap() + self.coming.points;
 
         self.find_edges(camera);
@@ -443,7 +456,7 @@ impl FrameRenderer {
             edges_in_picture: self.list.len(),
             pixels: self.image.class_counts(),
             points: self.points.counts(),
-            shone,
+            shone: shone + behind,
             new_points: self.coming.new_points,
             doubtful: self.coming.doubtful,
             filled,
