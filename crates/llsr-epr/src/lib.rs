@@ -14,7 +14,7 @@ mod still;
 pub use external::{ExternalSettings, ExternalShader, MAX_LINE, PROTOCOL, Peer, split_words};
 pub use frame::{
     BlindInterpolation, CameraPath, CameraPathError, FrameError, FrameRenderer, FrameReport, FrameSettings,
-    LockstepRenderer, StageTimes, ray_trace,
+    LockstepRenderer, ShadowThread, ShadowWork, StageTimes, ray_trace,
 };
 pub use importance::{DroppedContrast, drop_outshone, dropped_contrast};
 pub use movable::movable_objects;

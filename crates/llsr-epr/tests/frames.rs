@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use glam::{Affine3A, DVec3, Vec3};
-use llsr_epr::{CameraPath, FrameRenderer, FrameReport, FrameSettings, LockstepRenderer, ray_trace};
+use llsr_epr::{
+    CameraPath, FrameRenderer, FrameReport, FrameSettings, LockstepRenderer, ShadowThread, ray_trace,
+};
 use llsr_scene::{Camera, FieldOfView, LinearLight, Material, Mesh, ObjectId, Scene, Viewport, demo};
 use llsr_shading::{
     DirectShader, Encounters, Place, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
@@ -76,10 +78,11 @@ fn walks_have_the_same_bits_for_any_number_of_threads() {
     let (world, _) = World::new(Arc::new(scene), &[]);
     let world = Arc::new(world);
     let path = CameraPath::default_walk(&world.scene().cameras[0], 12, 10.0);
-    let run = |threads: usize| {
+    let run = |threads: usize, shadows_apart: bool| {
         let shader = DirectShader::new(Arc::clone(&world), Vec3::ONE);
         let settings = FrameSettings {
             threads,
+            shadows_apart,
             ..FrameSettings::default()
         };
         let renderer = FrameRenderer::new(world.scene(), VIEWPORT, settings).expect("size");
@@ -98,10 +101,13 @@ fn walks_have_the_same_bits_for_any_number_of_threads() {
         });
         (bits(&lockstep.renderer), *lockstep.renderer.report())
     };
-    let (one, report) = run(1);
+    let (one, report) = run(1, false);
     for threads in [2, 5] {
-        assert_eq!(one, run(threads).0, "one thread and {threads}");
+        assert_eq!(one, run(threads, false).0, "one thread and {threads}");
     }
+    let (apart, apart_report) = run(1, true);
+    assert_eq!(apart, run(2, true).0, "shadows apart, one thread and two");
+    assert!(apart_report.shadow_edges > 0, "{apart_report:?}");
     assert!(
         report.shadow_edges > 0 && report.silhouette_edges > 0,
         "{report:?}"
@@ -152,12 +158,21 @@ fn a_still_camera_comes_close_to_ray_tracing() {
 
 #[test]
 fn no_stale_shadow_outlives_its_frames() {
+    for shadows_apart in [false, true] {
+        check_stale_shadows(shadows_apart);
+    }
+}
+
+fn check_stale_shadows(shadows_apart: bool) {
     let (scene, object) = boxed();
     let (world, _) = World::new(Arc::new(scene), &[object]);
     let scene = Arc::clone(world.scene());
     let world = Arc::new(world);
     let shader = DirectShader::new(Arc::clone(&world), Vec3::ZERO);
-    let settings = FrameSettings::default();
+    let settings = FrameSettings {
+        shadows_apart,
+        ..FrameSettings::default()
+    };
     let renderer = FrameRenderer::new(&scene, VIEWPORT, settings).expect("size");
     let mut lockstep = LockstepRenderer::new(renderer, 300);
     lockstep.warm_up(&shader, &camera());
@@ -215,6 +230,73 @@ fn no_stale_shadow_outlives_its_frames() {
         wrong += usize::from(same_place && difference > 0.1 * answer[0].colour.max_element() + 1.0);
     }
     assert!(wrong <= 3, "{wrong} points show what was");
+}
+
+#[test]
+fn shadows_computed_apart_are_those_of_the_frame_itself() {
+    let (scene, object) = boxed();
+    let (world, _) = World::new(Arc::new(scene), &[object]);
+    let world = Arc::new(world);
+    let shader = DirectShader::new(Arc::clone(&world), Vec3::ZERO);
+    let to = Affine3A::from_translation(Vec3::new(0.7, 0.3, 0.0));
+    let change = world.moved(&[Place::Object(object, to)]).expect("movable");
+    let renderer = |shadows_apart| {
+        let settings = FrameSettings {
+            shadows_apart,
+            ..FrameSettings::default()
+        };
+        FrameRenderer::new(world.scene(), VIEWPORT, settings).expect("size")
+    };
+    // What the frame itself finds, before and after the box moves.
+    let mut within = LockstepRenderer::new(renderer(false), 300);
+    within.warm_up(&shader, &camera());
+    within.draw(&camera());
+    let still = within.renderer.report().shadow_edges;
+    within.renderer.changed(&change);
+    within.draw(&camera());
+    let moved = within.renderer.report().shadow_edges;
+    assert!(still > 0 && moved > 0, "{still} edges, {moved} after the move");
+
+    // Nobody does the work: there are none.
+    let mut alone = renderer(true);
+    alone.draw(&camera(), 1000);
+    let (mut points, mut met) = (Vec::new(), Encounters::default());
+    let mut scratch = ShaderScratch::default();
+    shader
+        .shade(alone.requests(), 0, &mut scratch, &mut points, &mut met)
+        .expect("good rays");
+    alone.take(&points, &met);
+    alone.draw(&camera(), 0);
+    assert_eq!(alone.report().shadow_edges, 0, "nobody computed them");
+    let mut work = alone.shadow_work().expect("shadows were met");
+    assert!(alone.shadow_work().is_none(), "it is given away once");
+    alone.changed(&change);
+    work.run();
+    alone.shadow_work_done(work);
+    alone.draw(&camera(), 0);
+    let report = *alone.report();
+    assert_eq!(report.shadow_edges, still, "as the box was when work began");
+    assert!(report.shadow_pairs > 0 && report.shadow_ms > 0.0, "{report:?}");
+    let mut work = alone.shadow_work().expect("the box has moved meanwhile");
+    work.run();
+    alone.shadow_work_done(work);
+    alone.draw(&camera(), 0);
+    assert_eq!(alone.report().shadow_edges, moved, "as the box is");
+    assert!(alone.shadow_work().is_none(), "all is done");
+
+    // A thread does it.
+    let mut live = renderer(true);
+    let mut thread = ShadowThread::start().expect("a thread");
+    live.draw(&camera(), 0);
+    live.take(&points, &met);
+    let mut frames = 0;
+    while live.report().shadow_edges != still {
+        thread.tend(&mut live);
+        live.draw(&camera(), 0);
+        frames += 1;
+        assert!(frames < 20_000, "the thread gives {:?}", live.report());
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use llsr_epi::Picture;
 use llsr_scene::{Camera, Viewport};
 use llsr_shading::{Encounters, ShadeRequest, ShadedPoint, Shader};
 
-use crate::frame::FrameRenderer;
+use crate::frame::{FrameRenderer, ShadowWork};
 use crate::pool::{Lockstep, shade_lockstep};
 
 /// A renderer in lockstep with a shader: a frame is [drawn](Self::draw) on the calling thread, then what it asks for is
@@ -68,15 +68,27 @@ impl LockstepRenderer {
         self.shade(shader)
     }
 
-    /// Shades what the last frame asked for and takes the answers in. Returns how many points came.
+    /// Shades what the last frame asked for and takes the answers in. Returns how many points came. With
+    /// [`FrameSettings::shadows_apart`](crate::FrameSettings::shadows_apart) shadow edges are computed beside that, for the next frame like the points.
     ///
     /// What goes wrong is counted; the picture goes on with what there is.
     pub fn shade(&mut self, shader: &dyn Shader) -> usize {
         let seed = self.renderer.settings().seed;
         self.points.clear();
         self.met.clear();
-        let requests = self.renderer.requests();
-        let report = shade_lockstep(shader, requests, seed, &mut self.points, &mut self.met);
+        let mut work = if self.renderer.settings().shadows_apart {
+            self.renderer.shadow_work()
+        } else {
+            None
+        };
+        let (points, met, renderer) = (&mut self.points, &mut self.met, &self.renderer);
+        let (report, ()) = rayon::join(
+            || shade_lockstep(shader, renderer.requests(), seed, points, met),
+            || work.iter_mut().for_each(ShadowWork::run),
+        );
+        if let Some(work) = work {
+            self.renderer.shadow_work_done(work);
+        }
         self.trouble.failed += report.failed;
         self.trouble.errors += report.errors;
         self.trouble.panics += report.panics;

@@ -18,3 +18,4 @@ pub use camera_path::{CameraPath, CameraPathError};
 pub use lockstep::{LockstepRenderer, ray_trace};
 pub use renderer::{FrameError, FrameRenderer};
 pub use settings::{FrameReport, FrameSettings, StageTimes};
+pub use shadows::{ShadowThread, ShadowWork};

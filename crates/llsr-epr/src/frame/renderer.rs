@@ -21,7 +21,7 @@ use crate::frame::occluders::Occluders;
 use crate::frame::patch::{PatchScratch, patch};
 use crate::frame::predict::extrapolate;
 use crate::frame::settings::{FrameReport, FrameSettings, StageTimes};
-use crate::frame::shadows::Shadows;
+use crate::frame::shadows::{ShadowWork, Shadows};
 use crate::frame::share::share;
 
 /// Object of points of the background.
@@ -159,9 +159,10 @@ impl FrameRenderer {
         Ok(Self {
             viewport,
             settings,
-            shadows: settings
-                .shadow_edges
-                .then(|| Shadows::new(scene, &edges, settings.shadow_least_share)),
+            shadows: settings.shadow_edges.then(|| {
+                let least = [settings.shadow_least_share, settings.shadow_least_contrast];
+                Shadows::new(scene, &edges, least)
+            }),
             occluders: Occluders::new(scene),
             edges,
             seen: vec![0; scene.objects.len()],
@@ -342,6 +343,20 @@ impl FrameRenderer {
         self.coming.points += milliseconds(start);
     }
 
+    /// With [`FrameSettings::shadows_apart`] the shadow edges that are to be computed, if any: let them
+    /// [run](ShadowWork::run) wherever there is time, while frames are drawn, and hand them back. Until then frames show the shadow
+    /// edges of before, and there is no other work.
+    pub fn shadow_work(&mut self) -> Option<ShadowWork> {
+        self.shadows.as_mut().and_then(Shadows::work)
+    }
+
+    /// Takes back what [`shadow_work`](Self::shadow_work) gave, for the next frame.
+    pub fn shadow_work_done(&mut self, work: ShadowWork) {
+        if let Some(shadows) = &mut self.shadows {
+            shadows.finish(work);
+        }
+    }
+
     /// Forgets all points, say after a change of materials.
     pub fn forget(&mut self) {
         self.store.clear();
@@ -381,7 +396,17 @@ impl FrameRenderer {
         ms.points = watch.lap() + self.coming.points;
 
         self.find_edges(camera);
-        let shadow_pairs = self.shadows.as_mut().map_or(0, Shadows::update);
+        let (mut shadow_pairs, mut shadow_ms) = (0, 0.0);
+        if let Some(shadows) = &mut self.shadows {
+            shadows.tick();
+            if !self.settings.shadows_apart
+                && let Some(mut work) = shadows.work()
+            {
+                work.run();
+                shadows.finish(work);
+            }
+            (shadow_pairs, shadow_ms) = shadows.tally();
+        }
         ms.edges = watch.lap();
 
         self.list.clear();
@@ -453,6 +478,7 @@ impl FrameRenderer {
             shadow_edges: shadow_edge_count,
             shadow_edges_dropped: self.shadows.as_ref().map_or(0, |shadows| shadows.dropped().0),
             shadow_pairs,
+            shadow_ms,
             edges_in_picture: self.list.len(),
             pixels: self.image.class_counts(),
             points: self.points.counts(),

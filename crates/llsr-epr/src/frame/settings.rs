@@ -13,6 +13,12 @@ pub struct FrameSettings {
     /// Of these, leave out those of lights that together give less than this share of the light where the edge lies, in
     /// [0, 1]; 0 keeps all (see [`ShadowEdges::drop_unimportant`](llsr_edges::ShadowEdges::drop_unimportant)).
     pub shadow_least_share: f64,
+    /// Also those of a light that by itself gives less than about this share there, in [0, 1]; 0 keeps all. Where many
+    /// lights shine the shadows of each are hardly seen, and all their edges leave no pixel whole.
+    pub shadow_least_contrast: f64,
+    /// Leave it to the caller when they are computed: [`FrameRenderer::shadow_work`](crate::FrameRenderer::shadow_work). Otherwise a frame
+    /// computes what is new before it is drawn, which can take seconds.
+    pub shadows_apart: bool,
     /// The interpolation filter.
     pub kernel: Kernel,
     /// Rebuild complex pixels in quarters (BWG03 section 5.4).
@@ -46,6 +52,8 @@ impl Default for FrameSettings {
             crease_degrees: 85.0,
             shadow_edges: true,
             shadow_least_share: 0.3,
+            shadow_least_contrast: 0.1,
+            shadows_apart: false,
             kernel: Kernel::PEAKED,
             complex: true,
             occlusion: Some(Occlusion::default()),
@@ -65,7 +73,7 @@ impl Default for FrameSettings {
 /// Milliseconds that each part of a frame took on the thread that made it (wall clock); the columns of BWG03's table 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageTimes {
-    /// Finding silhouettes and updating shadow edges.
+    /// Finding silhouettes and, unless that is done apart, updating shadow edges.
     pub edges: f64,
     /// Drawing them into the pixels and classifying these.
     pub rasterize: f64,
@@ -115,8 +123,10 @@ pub struct FrameReport {
     pub shadow_edges: usize,
     /// Shadow edges left out because other lights outshine theirs.
     pub shadow_edges_dropped: usize,
-    /// Pairs of light and blocker whose shadow edges were computed for this frame.
+    /// Pairs of light and blocker whose shadow edges were computed since the last frame.
     pub shadow_pairs: usize,
+    /// Milliseconds that took; with [`FrameSettings::shadows_apart`] not a part of the frame's own time.
+    pub shadow_ms: f64,
     /// Edges of either kind of which a part lies in the picture.
     pub edges_in_picture: usize,
     /// Pixels without an edge, with one, and others.

@@ -1,8 +1,14 @@
-//! Shadow edges that are kept from frame to frame (BWG03 section 6.5).
+//! Shadow edges that are kept from frame to frame (BWG03 section 6.5), computed beside the display or within it.
+
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread;
+use std::time::Instant;
 
 use glam::{Affine3A, DVec3, Vec3};
-use llsr_edges::{ImportanceReport, SceneEdges, ShadowEdges, ShadowOptions, ShadowScene};
+use llsr_edges::{ImportanceReport, SceneEdges, ShadowEdge, ShadowEdges, ShadowOptions, ShadowScene};
 use llsr_scene::{Light, LightId, ObjectId, Scene, Triple};
+
+use crate::frame::FrameRenderer;
 
 /// Frames between two looks at what was met.
 const PATIENCE: u32 = 7;
@@ -13,103 +19,213 @@ fn strength(light: &Light) -> (DVec3, f64) {
     (0.5 * (a + b), light.flux())
 }
 
-/// The shadow edges of all triples that shaders have met.
+/// About the share that the light of an edge gives where it lies, if nothing is in the way and all come in at the same angle.
+fn contrast(strengths: &[(DVec3, f64)], edge: &ShadowEdge) -> f64 {
+    let [a, b] = edge.segment.map(Vec3::as_dvec3);
+    let middle = 0.5 * (a + b);
+    let of = |&(at, flux): &(DVec3, f64)| flux / at.distance_squared(middle).max(f64::MIN_POSITIVE);
+    let own = strengths.get(edge.triple.light.index()).map_or(0.0, of);
+    own / strengths.iter().map(of).sum::<f64>().max(f64::MIN_POSITIVE)
+}
+
+/// The shadow edges of all triples that shaders have met, as far as they are computed, and what waits to be.
 #[derive(Debug)]
 pub(crate) struct Shadows {
-    scene: ShadowScene,
-    edges: ShadowEdges,
+    /// What computes them, unless it is away at work.
+    maker: Option<Box<Maker>>,
     /// All edges, to be projected in one go.
     segments: Vec<[Vec3; 2]>,
-    /// What happened since they were last brought up to date.
+    /// What happened since work was last handed out.
     met: Vec<Triple>,
-    /// All triples that were added, sorted.
+    objects: Vec<(ObjectId, Affine3A)>,
+    lights: Vec<(LightId, Light)>,
+    /// All triples that were handed out, sorted.
     known: Vec<Triple>,
-    /// Updates since triples were last added.
+    /// Frames since triples were last handed out.
     waited: u32,
+    /// Pairs computed, and milliseconds of that, since [`tally`](Self::tally) last asked.
+    done: (usize, f64),
+    dropped: (usize, ImportanceReport),
+}
+
+/// What computes shadow edges.
+#[derive(Debug)]
+struct Maker {
+    scene: ShadowScene,
+    edges: ShadowEdges,
+    segments: Vec<[Vec3; 2]>,
     /// For each light its middle (m) and its flux.
-    lights: Vec<(DVec3, f64)>,
+    strengths: Vec<(DVec3, f64)>,
     least_share: f64,
-    /// What was left out for it, last.
+    least_contrast: f64,
+    /// How many edges were left out, and some of those that were last.
+    left_out: usize,
     dropped: ImportanceReport,
-    moved_objects: Vec<ObjectId>,
-    moved_lights: Vec<LightId>,
+    /// The task.
+    met: Vec<Triple>,
+    objects: Vec<(ObjectId, Affine3A)>,
+    lights: Vec<(LightId, Light)>,
+    /// Pairs of light and blocker computed, and milliseconds of that.
+    pairs: usize,
+    ms: f64,
+}
+
+/// Shadow edges to be computed beside the display: see [`FrameRenderer::shadow_work`].
+#[derive(Debug)]
+pub struct ShadowWork(Box<Maker>);
+
+impl ShadowWork {
+    /// Does it, with the threads of the current rayon pool. The result does not depend on their number.
+    ///
+    /// # Cost
+    /// From a millisecond for one moved object to seconds where thousands of pairs of light and blocker are met at once.
+    pub fn run(&mut self) {
+        self.0.run();
+    }
 }
 
 impl Shadows {
     /// No triple is known yet. The edges of meshes are those of `edges`.
-    /// Edges whose shadows change the light by less than `least_share` are left out.
-    pub(crate) fn new(scene: &Scene, edges: &SceneEdges, least_share: f64) -> Self {
+    /// Edges of lights that give too little where they lie are left out; see
+    /// [`FrameSettings`](crate::FrameSettings).
+    pub(crate) fn new(scene: &Scene, edges: &SceneEdges, [least_share, least_contrast]: [f64; 2]) -> Self {
         let (prepared, _) =
             ShadowScene::with_edges(scene, ShadowOptions::default(), |mesh, _| edges.shared_mesh(mesh));
-        Self {
+        let maker = Maker {
             scene: prepared,
             edges: ShadowEdges::default(),
             segments: Vec::new(),
+            strengths: scene.lights.iter().map(strength).collect(),
+            least_share,
+            least_contrast,
+            left_out: 0,
+            dropped: ImportanceReport::default(),
             met: Vec::new(),
+            objects: Vec::new(),
+            lights: Vec::new(),
+            pairs: 0,
+            ms: 0.0,
+        };
+        Self {
+            maker: Some(Box::new(maker)),
+            segments: Vec::new(),
+            met: Vec::new(),
+            objects: Vec::new(),
+            lights: Vec::new(),
             known: Vec::new(),
             waited: PATIENCE,
-            lights: scene.lights.iter().map(strength).collect(),
-            least_share,
-            dropped: ImportanceReport::default(),
-            moved_objects: Vec::new(),
-            moved_lights: Vec::new(),
+            done: (0, 0.0),
+            dropped: (0, ImportanceReport::default()),
         }
     }
 
     pub(crate) fn meet(&mut self, triples: &[Triple]) {
+        let before = self.met.len();
         let new = |triple: &&Triple| self.known.binary_search(triple).is_err();
         self.met.extend(triples.iter().filter(new));
+        // Work may stay away for long.
+        if self.met.len() > before {
+            self.met.sort_unstable();
+            self.met.dedup();
+        }
     }
 
     pub(crate) fn move_object(&mut self, object: ObjectId, transform: Affine3A) {
-        if self.scene.move_object(object, transform) {
-            self.moved_objects.push(object);
-        }
+        self.objects.retain(|moved| moved.0 != object);
+        self.objects.push((object, transform));
     }
 
     pub(crate) fn move_light(&mut self, light: LightId, to: &Light) {
-        if self.scene.move_light(light, to) {
-            self.lights[light.index()] = strength(to);
-            self.moved_lights.push(light);
-        }
+        self.lights.retain(|moved| moved.0 != light);
+        self.lights.push((light, to.clone()));
     }
 
-    /// All edges (m, recentred frame), as of the last [`update`](Self::update).
+    /// All edges (m, recentred frame), as of the last work that came back.
     pub(crate) fn segments(&self) -> &[[Vec3; 2]] {
         &self.segments
     }
 
     /// The edges of outshone lights that are left out, and some of those that were last.
     pub(crate) fn dropped(&self) -> (usize, &ImportanceReport) {
-        (self.edges.dropped(), &self.dropped)
+        (self.dropped.0, &self.dropped.1)
     }
 
-    /// Computes again what has moved, and for the first time what was met. Returns for how many pairs of light and blocker there
-    /// was something to compute.
-    pub(crate) fn update(&mut self) -> usize {
-        let mut pairs = 0;
-        if !(self.moved_objects.is_empty() && self.moved_lights.is_empty()) {
-            let done = self
-                .edges
-                .moved(&self.scene, &self.moved_lights, &self.moved_objects);
-            pairs += done.pairs;
-            self.moved_objects.clear();
-            self.moved_lights.clear();
-        }
+    /// A frame has passed.
+    pub(crate) fn tick(&mut self) {
+        self.waited = self.waited.saturating_add(1);
+    }
+
+    /// What there is to compute: what has moved and, every few frames, what was met. `None` if there is nothing or work is
+    /// away.
+    pub(crate) fn work(&mut self) -> Option<ShadowWork> {
         // What is met comes in dribs and drabs, and each time all that a light and a blocker share is computed.
-        self.waited += 1;
-        if !self.met.is_empty() && self.waited > PATIENCE {
+        let meets = !self.met.is_empty() && self.waited > PATIENCE;
+        if !meets && self.objects.is_empty() && self.lights.is_empty() {
+            return None;
+        }
+        let mut maker = self.maker.take()?;
+        // Both sides of the exchange keep their memory.
+        maker.objects.clear();
+        maker.lights.clear();
+        maker.met.clear();
+        std::mem::swap(&mut maker.objects, &mut self.objects);
+        std::mem::swap(&mut maker.lights, &mut self.lights);
+        if meets {
             self.waited = 0;
-            pairs += self.edges.add(&self.scene, self.met.iter().copied()).pairs;
-            self.known.append(&mut self.met);
+            self.known.extend_from_slice(&self.met);
             self.known.sort_unstable();
             self.known.dedup();
+            std::mem::swap(&mut maker.met, &mut self.met);
         }
-        if pairs > 0 {
-            if self.least_share > 0.0 && self.lights.len() > 1 {
-                let lights = &self.lights;
+        Some(ShadowWork(maker))
+    }
+
+    /// Takes work back.
+    pub(crate) fn finish(&mut self, work: ShadowWork) {
+        let mut maker = work.0;
+        if maker.pairs > 0 {
+            std::mem::swap(&mut self.segments, &mut maker.segments);
+            self.dropped = (maker.left_out, std::mem::take(&mut maker.dropped));
+        }
+        self.done.0 += maker.pairs;
+        self.done.1 += maker.ms;
+        self.maker = Some(maker);
+    }
+
+    /// For how many pairs of light and blocker there was something to compute since the last call, and the milliseconds that took.
+    pub(crate) fn tally(&mut self) -> (usize, f64) {
+        std::mem::take(&mut self.done)
+    }
+}
+
+impl Maker {
+    fn run(&mut self) {
+        let start = Instant::now();
+        self.pairs = 0;
+        let (scene, strengths) = (&mut self.scene, &mut self.strengths);
+        let objects: Vec<ObjectId> = self.objects.iter().map(|moved| moved.0).collect();
+        let lights: Vec<LightId> = self.lights.iter().map(|moved| moved.0).collect();
+        let mut moved = false;
+        for &(object, transform) in &self.objects {
+            moved |= scene.move_object(object, transform);
+        }
+        for (light, to) in &self.lights {
+            if scene.move_light(*light, to) {
+                strengths[light.index()] = strength(to);
+                moved = true;
+            }
+        }
+        if moved {
+            self.pairs += self.edges.moved(&self.scene, &lights, &objects).pairs;
+        }
+        if !self.met.is_empty() {
+            self.pairs += self.edges.add(&self.scene, self.met.iter().copied()).pairs;
+        }
+        if self.pairs > 0 {
+            if self.least_share > 0.0 && self.strengths.len() > 1 {
+                let strengths = &self.strengths;
                 let irradiance = |light: LightId, point: DVec3, normal: DVec3| {
-                    let (middle, flux) = lights[light.index()];
+                    let (middle, flux) = strengths[light.index()];
                     let to = middle - point;
                     let square = to.length_squared().max(f64::MIN_POSITIVE);
                     flux * normal.dot(to).max(0.0) / (square * square.sqrt())
@@ -120,8 +236,60 @@ impl Shadows {
                         .drop_unimportant(&self.scene, self.least_share, irradiance, irradiance);
             }
             self.segments.clear();
-            self.segments.extend(self.edges.iter().map(|edge| edge.segment));
+            let (strengths, least) = (&self.strengths, self.least_contrast);
+            let seen = self
+                .edges
+                .iter()
+                .filter(|edge| least <= 0.0 || contrast(strengths, edge) >= least);
+            self.segments.extend(seen.map(|edge| edge.segment));
+            self.left_out = self.edges.dropped() + self.edges.len() - self.segments.len();
         }
-        pairs
+        self.ms = start.elapsed().as_secs_f64() * 1e3;
+    }
+}
+
+/// A thread that computes the shadow edges of a [`FrameRenderer`] while it draws.
+///
+/// The thread ends with the work that it is doing when this is dropped; nobody waits for it.
+#[derive(Debug)]
+pub struct ShadowThread {
+    to: Sender<ShadowWork>,
+    from: Receiver<ShadowWork>,
+}
+
+impl ShadowThread {
+    /// Starts the thread. The renderer should have [`FrameSettings::shadows_apart`](crate::FrameSettings::shadows_apart).
+    ///
+    /// # Errors
+    /// If the system gives no thread.
+    pub fn start() -> std::io::Result<Self> {
+        let (to, tasks) = channel::<ShadowWork>();
+        let (done, from) = channel();
+        thread::Builder::new()
+            .name("llsr-shadows".to_owned())
+            .spawn(move || {
+                for mut work in tasks {
+                    work.run();
+                    if done.send(work).is_err() {
+                        break;
+                    }
+                }
+            })?;
+        Ok(Self { to, from })
+    }
+
+    /// To be called once a frame: hands over what is done and what is to be done. Returns at once.
+    ///
+    /// Should the thread panic, edges stay as they are.
+    pub fn tend(&mut self, renderer: &mut FrameRenderer) {
+        match self.from.try_recv() {
+            Ok(work) => renderer.shadow_work_done(work),
+            Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
+        }
+        if let Some(work) = renderer.shadow_work()
+            && let Err(back) = self.to.send(work)
+        {
+            renderer.shadow_work_done(back.0);
+        }
     }
 }

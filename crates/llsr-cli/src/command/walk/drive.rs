@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use llsr_epr::{FrameRenderer, Harvest, LockstepRenderer, PoolSettings, ShaderPool};
+use llsr_epr::{FrameRenderer, Harvest, LockstepRenderer, PoolSettings, ShaderPool, ShadowThread};
 use llsr_scene::Camera;
 use llsr_shading::{SceneChange, Shader};
 use serde_json::{Value, json};
@@ -31,6 +31,7 @@ pub(crate) enum Drive {
 pub(crate) struct Live {
     renderer: FrameRenderer,
     pool: ShaderPool,
+    shadows: ShadowThread,
     harvest: Harvest,
     samples: usize,
 }
@@ -64,9 +65,13 @@ impl Drive {
         };
         let pool = ShaderPool::new(shader, &settings)
             .map_err(|error| Failure::Work(format!("--live: there is no thread to shade on: {error}")))?;
+        let shadows = ShadowThread::start().map_err(|error| {
+            Failure::Work(format!("--live: there is no thread for shadow edges: {error}"))
+        })?;
         Ok(Self::Live(Box::new(Live {
             renderer,
             pool,
+            shadows,
             harvest: Harvest::default(),
             samples,
         })))
@@ -166,6 +171,7 @@ impl Live {
     fn collect(&mut self) -> usize {
         self.pool.collect(&mut self.harvest);
         self.renderer.take(&self.harvest.fresh, &self.harvest.met);
+        self.shadows.tend(&mut self.renderer);
         self.harvest.fresh.len()
     }
 }

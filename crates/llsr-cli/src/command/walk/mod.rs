@@ -55,6 +55,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let settings = FrameSettings {
         seed: common.seed,
         threads: usize::from(args.display_threads),
+        shadows_apart: true,
         ..FrameSettings::default()
     };
     let renderer = FrameRenderer::new(&scene, viewport, settings)

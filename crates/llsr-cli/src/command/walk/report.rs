@@ -235,6 +235,7 @@ impl FrameLine {
                 "shadow": report.shadow_edges,
                 "shadow_unimportant": report.shadow_edges_dropped,
                 "shadow_pairs_updated": report.shadow_pairs,
+                "shadow_ms_apart": report.shadow_ms,
                 "in_picture": report.edges_in_picture,
             },
             "pixels": {
