@@ -17,13 +17,13 @@ mod slices;
 mod tree;
 mod vector;
 
-pub use exact::{Viewpoint, orientation};
+pub use exact::{OrientedPlane, Viewpoint, orientation};
 pub use interval::Interval;
 pub use plain::{PlainStatistics, PlainTree};
 pub use real::Real;
 pub use slices::IntervalSlices;
 pub use tree::{
-    FaceHit, FaceScratch, FaceStatistics, FaceTree, Instructions, Plane, PlaneScan, PlaneTree, QueryScratch,
-    QueryStatistics, Select, TreeOptions, Wedge,
+    Beam, FaceHit, FaceScratch, FaceStatistics, FaceTree, Instructions, NarrowedFaces, Plane, PlaneScan,
+    PlaneTree, QueryScratch, QueryStatistics, Select, TreeOptions, Wedge,
 };
 pub use vector::IntervalVec3;

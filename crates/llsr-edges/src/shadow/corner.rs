@@ -15,11 +15,11 @@
 //! touches a vertex. A change between part and none can also be a gap between two edges that closes (EEE).
 
 use glam::DVec3;
-use llsr_intervals::orientation;
+use llsr_intervals::{OrientedPlane, orientation};
 use std::cmp::Ordering;
 
 use super::events::Kinds;
-use super::mesh::ShadowMesh;
+use super::mesh::{ShadowMesh, Star};
 
 /// The measure of 180 degrees in [`is_covered`].
 const STRAIGHT: f64 = 2.0;
@@ -66,28 +66,54 @@ pub(super) fn corner_events(
     };
     // A corner in the plane counts as above if its number is larger: as if all corners were moved a little, so that
     // of an edge in the plane one end alone is first.
-    let is_above = |v: u32| match orientation(p, q, at, mesh.position(v)) {
+    let plane = OrientedPlane::new([p, q, at]);
+    let is_above = |v: u32| match plane.side(mesh.position(v)) {
         Ordering::Greater => true,
         Ordering::Less => false,
         Ordering::Equal => v > vertex,
     };
-    scratch.sectors.clear();
-    let (mut any_above, mut any_below) = (false, false);
-    let mut crossings = 0;
-    for &face in mesh.star(vertex) {
-        let corners = mesh.edges().faces()[face as usize];
-        let Some(place) = corners.iter().position(|&v| v == vertex) else {
-            continue;
-        };
-        let arms = [corners[(place + 1) % 3], corners[(place + 2) % 3]];
-        let above = [is_above(arms[0]), is_above(arms[1])];
-        any_above |= above[0] | above[1];
-        any_below |= !(above[0] & above[1]);
-        crossings += usize::from(above[0] != above[1]);
-        scratch.sectors.push(Sector {
-            arms: [mesh.position(arms[0]) - at, mesh.position(arms[1]) - at],
-            above,
-        });
+    let sectors = &mut scratch.sectors;
+    sectors.clear();
+    let mut push = |arms: [u32; 2], above: [bool; 2]| {
+        let arms = arms.map(|v| mesh.position(v) - at);
+        sectors.push(Sector { arms, above });
+    };
+    let (any_above, any_below, crossings, closes);
+    match mesh.star(vertex) {
+        Star::Ring(ring) => {
+            let above = (0..)
+                .zip(ring)
+                .fold(0u64, |bits, (i, &v)| bits | u64::from(is_above(v)) << i);
+            let all = u64::MAX >> (64 - ring.len());
+            any_above = above != 0;
+            any_below = above != all;
+            let next = above >> 1 | (above & 1) << (ring.len() - 1);
+            crossings = (above ^ next).count_ones();
+            closes = true;
+            if crossings > 2 {
+                for i in 0..ring.len() {
+                    let k = (i + 1) % ring.len();
+                    push([ring[i], ring[k]], [above >> i & 1 == 1, above >> k & 1 == 1]);
+                }
+            }
+        }
+        Star::Faces(faces) => {
+            let (mut some_above, mut some_below, mut count) = (false, false, 0);
+            for &face in faces {
+                let corners = mesh.edges().faces()[face as usize];
+                let Some(place) = corners.iter().position(|&v| v == vertex) else {
+                    continue;
+                };
+                let arms = [corners[(place + 1) % 3], corners[(place + 2) % 3]];
+                let above = arms.map(is_above);
+                some_above |= above[0] | above[1];
+                some_below |= !(above[0] & above[1]);
+                count += u32::from(above[0] != above[1]);
+                push(arms, above);
+            }
+            (any_above, any_below, crossings) = (some_above, some_below, count);
+            closes = mesh.edges().is_closed();
+        }
     }
     if any_above != any_below {
         // From a polygon on the same side, the vertex hides nothing but what its own faces hide already.
@@ -98,7 +124,7 @@ pub(super) fn corner_events(
     }
     // To cover a half, sectors have to cross the plane at both ends of it. In a ring of faces that crosses it twice,
     // at different ends, both halves are covered.
-    if crossings < 2 || crossings == 2 && mesh.edges().is_closed() {
+    if crossings < 2 || crossings == 2 && closes {
         return;
     }
     // A face's sector changes its end of the half where the side cuts the face's plane.

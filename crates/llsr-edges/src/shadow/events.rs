@@ -7,7 +7,7 @@
 use std::cmp::Ordering;
 
 use glam::DVec3;
-use llsr_intervals::{Viewpoint, orientation};
+use llsr_intervals::{OrientedPlane, Viewpoint};
 use llsr_scene::NO_FACE;
 
 use super::corner::{CornerScratch, corner_events};
@@ -57,6 +57,8 @@ pub(super) struct EventScratch {
     edges: EdgeScratch,
     found: Vec<u32>,
     vertices: Vec<u32>,
+    /// A bit for each vertex, all zero between calls.
+    marks: Vec<u64>,
 }
 
 /// Appends the events of a light and a blocker.
@@ -82,28 +84,35 @@ pub(super) fn find_events(
         mesh.edges()
             .silhouettes(view, &mut scratch.edges, &mut scratch.found);
         scratch.found.extend(mesh.edges().boundaries());
-        // Edges are numbered by their vertices: so events that follow each other lie near each other, and meet the
-        // same parts of a receiver.
         scratch.found.sort_unstable();
-        for &edge in scratch.found.iter().filter(|&&edge| keep(edge)) {
-            let neighbors = light
-                .neighbors(index)
-                .map(|p| blocker.to_object.transform_point3(p));
-            let Some(kinds) = edge_kinds(mesh, edge, corners[index], neighbors) else {
-                continue;
-            };
-            let own = mesh.edges().edge(edge).vertices;
-            let [a, b] = own.map(|v| blocker.to_world.transform_point3(mesh.position(v)));
-            events.push(Event {
-                kinds,
-                source: ShadowSource::Edge {
-                    corner: index as u32,
-                    edge,
-                },
-                points: [light.corners()[index], a, b],
-                own,
-            });
-        }
+        let corner = light.corners()[index];
+        let start = events.len();
+        in_runs(
+            &scratch.found,
+            events,
+            |run, events: &mut Vec<Event>, _: &mut ()| {
+                for &edge in run.iter().filter(|&&edge| keep(edge)) {
+                    let neighbors = light
+                        .neighbors(index)
+                        .map(|p| blocker.to_object.transform_point3(p));
+                    let Some(kinds) = edge_kinds(mesh, edge, corners[index], neighbors) else {
+                        continue;
+                    };
+                    let own = mesh.edges().edge(edge).vertices;
+                    let [a, b] = own.map(|v| blocker.to_world.transform_point3(mesh.position(v)));
+                    events.push(Event {
+                        kinds,
+                        source: ShadowSource::Edge {
+                            corner: index as u32,
+                            edge,
+                        },
+                        points: [corner, a, b],
+                        own,
+                    });
+                }
+            },
+        );
+        sort_by_direction(&mut events[start..]);
     }
     if light.sides() == 0 {
         return;
@@ -113,18 +122,23 @@ pub(super) fn find_events(
     mesh.edges()
         .possible_silhouettes(&views, &mut scratch.edges, &mut scratch.found);
     scratch.found.extend(mesh.edges().boundaries());
+    scratch
+        .marks
+        .resize(mesh.edges().positions().len().div_ceil(64), 0);
+    for &edge in scratch.found.iter().filter(|&&edge| keep(edge)) {
+        for v in mesh.edges().edge(edge).vertices {
+            scratch.marks[v as usize / 64] |= 1 << (v % 64);
+        }
+    }
     scratch.vertices.clear();
-    in_runs(
-        &scratch.found,
-        &mut scratch.vertices,
-        |run, vertices: &mut Vec<u32>, _: &mut ()| {
-            for &edge in run.iter().filter(|&&edge| keep(edge)) {
-                vertices.extend(mesh.edges().edge(edge).vertices);
-            }
-        },
-    );
-    scratch.vertices.sort_unstable();
-    scratch.vertices.dedup();
+    for (word, mark) in scratch.marks.iter_mut().enumerate() {
+        let mut left = std::mem::take(mark);
+        while left != 0 {
+            scratch.vertices.push(64 * word as u32 + left.trailing_zeros());
+            left &= left - 1;
+        }
+    }
+    scratch.marks.clear();
     for side in 0..light.sides() {
         let ends = light.side(side);
         let local = ends.map(|p| blocker.to_object.transform_point3(p));
@@ -155,6 +169,36 @@ pub(super) fn find_events(
             },
         );
     }
+}
+
+/// Puts events of one corner of the light in an order in which those that follow each other lie near each other as the
+/// corner sees them, and so meet the same parts of a receiver.
+fn sort_by_direction(events: &mut [Event]) {
+    let key = |event: &Event| {
+        let [corner, a, b] = event.points;
+        let d = 0.5 * (a + b) - corner;
+        let d = d / d.abs().element_sum();
+        // The octahedron unfolded: both halves side by side.
+        let (x, y) = (0.5 * (d.x + d.z), 0.5 * (d.x - d.z));
+        let half = u64::from(d.y > 0.0) << 32;
+        let steps = |x: f64| spread(((x + 0.5) * 65535.0) as u16);
+        half | u64::from(steps(x)) | u64::from(steps(y)) << 1
+    };
+    events.sort_by_cached_key(key);
+}
+
+/// The bits of a number at even places.
+fn spread(x: u16) -> u32 {
+    let mut x = u32::from(x);
+    for (shift, mask) in [
+        (8, 0x00ff_00ff),
+        (4, 0x0f0f_0f0f),
+        (2, 0x3333_3333),
+        (1, 0x5555_5555),
+    ] {
+        x = (x | x << shift) & mask;
+    }
+    x
 }
 
 /// Appends to `out` what `f` makes of the items, in order; with the `rayon` feature long lists are cut into runs for all
@@ -198,11 +242,12 @@ fn edge_kinds(
 ) -> Option<Kinds> {
     let edge = mesh.edges().edge(edge);
     let [a, b] = edge.vertices.map(|v| mesh.position(v));
+    let plane = OrientedPlane::new([corner, a, b]);
     let mut light = Ordering::Equal;
     let mut is_point = true;
     for neighbor in neighbors {
         is_point = false;
-        let side = orientation(corner, a, b, neighbor);
+        let side = plane.side(neighbor);
         if light == Ordering::Equal {
             light = side;
         } else if side != Ordering::Equal && side != light {
@@ -220,7 +265,7 @@ fn edge_kinds(
         .iter()
         .filter(|&&face| face != NO_FACE)
         .filter_map(|&face| mesh.opposite(face, edge.vertices))
-        .map(|v| orientation(corner, a, b, mesh.position(v)))
+        .map(|v| plane.side(mesh.position(v)))
         .find(|&side| side != Ordering::Equal);
     Some(if blocker == Some(light) {
         Kinds::UMBRAL

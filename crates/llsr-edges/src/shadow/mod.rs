@@ -40,6 +40,8 @@ mod envelope;
 mod events;
 mod gaps;
 mod importance;
+mod intersect;
+mod lanes;
 mod light;
 mod mesh;
 mod scene;

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use llsr_scene::{LightId, ObjectId, Triple};
 
-use super::envelope::{Piece, SweepScratch, visible_parts};
 use super::events::{Event, EventScratch, find_events};
+use super::intersect::{Chunk, Pairing, Scratch};
 use super::scene::ShadowScene;
-use super::section::{SectionScratch, cut, point_of};
 use super::{ShadowEdge, ShadowStatistics};
 
 /// Events intersected by one job. A fixed number, so that the result does not depend on the number of threads.
@@ -32,24 +31,9 @@ struct Pair {
     events: Vec<Event>,
     events_stale: bool,
     edges_stale: bool,
+    /// Receivers that are new since the edges were computed, in order.
+    added: Vec<ObjectId>,
     chunks: Vec<Chunk>,
-}
-
-/// What a run of events gave.
-#[derive(Clone, Debug, Default)]
-struct Chunk {
-    edges: Vec<ShadowEdge>,
-    /// Edges that were dropped since.
-    dropped: usize,
-    statistics: ShadowStatistics,
-}
-
-/// Working memory of a job.
-#[derive(Debug, Default)]
-struct Scratch {
-    section: SectionScratch,
-    sweep: SweepScratch,
-    pieces: Vec<Piece>,
 }
 
 impl ShadowEdges {
@@ -60,8 +44,8 @@ impl ShadowEdges {
         edges
     }
 
-    /// Adds triples; known ones cost nothing. A new receiver may hide another from a light and blocker that both
-    /// share, so all edges of these are computed again; events that are there already are not.
+    /// Adds triples; known ones cost nothing. Events that are there already are not computed again, and of their edges
+    /// only those of events that meet a new receiver: it may hide others from a light and blocker that they share.
     pub fn add(
         &mut self,
         scene: &ShadowScene,
@@ -77,7 +61,8 @@ impl ShadowEdges {
                 });
             if let Err(place) = pair.receivers.binary_search(&triple.receiver) {
                 pair.receivers.insert(place, triple.receiver);
-                pair.edges_stale = true;
+                let place = pair.added.partition_point(|&other| other < triple.receiver);
+                pair.added.insert(place, triple.receiver);
             }
         }
         self.update(scene)
@@ -142,7 +127,7 @@ impl ShadowEdges {
     pub fn iter(&self) -> impl Iterator<Item = &ShadowEdge> {
         self.pairs
             .values()
-            .flat_map(|pair| pair.chunks.iter().flat_map(|chunk| &chunk.edges))
+            .flat_map(|pair| pair.chunks.iter().flat_map(|chunk| chunk.edges()))
     }
 
     /// The edges of one triple.
@@ -150,7 +135,7 @@ impl ShadowEdges {
         self.pairs
             .get(&(triple.light, triple.blocker))
             .into_iter()
-            .flat_map(|pair| pair.chunks.iter().flat_map(|chunk| &chunk.edges))
+            .flat_map(|pair| pair.chunks.iter().flat_map(|chunk| chunk.edges()))
             .filter(move |edge| edge.triple.receiver == triple.receiver)
     }
 
@@ -159,7 +144,7 @@ impl ShadowEdges {
         self.pairs
             .values()
             .flat_map(|pair| &pair.chunks)
-            .map(|chunk| chunk.edges.len())
+            .map(|chunk| chunk.edges().len())
             .sum()
     }
 
@@ -167,7 +152,7 @@ impl ShadowEdges {
     /// computed again.
     pub fn dropped(&self) -> usize {
         let chunks = self.pairs.values().flat_map(|pair| &pair.chunks);
-        chunks.map(|chunk| chunk.dropped).sum()
+        chunks.map(Chunk::dropped).sum()
     }
 
     /// There are no edges.
@@ -179,9 +164,7 @@ impl ShadowEdges {
     pub(super) fn retain_edges(&mut self, mut keep: impl FnMut(&ShadowEdge) -> bool) -> usize {
         let before = self.len();
         for chunk in self.pairs.values_mut().flat_map(|pair| &mut pair.chunks) {
-            let all = chunk.edges.len();
-            chunk.edges.retain(&mut keep);
-            chunk.dropped += all - chunk.edges.len();
+            chunk.retain(&mut keep);
         }
         before - self.len()
     }
@@ -191,7 +174,7 @@ impl ShadowEdges {
         let mut stale: Vec<_> = self
             .pairs
             .iter_mut()
-            .filter(|(_, pair)| pair.edges_stale)
+            .filter(|(_, pair)| pair.events_stale || pair.edges_stale || !pair.added.is_empty())
             .collect();
         each(
             &mut stale,
@@ -202,6 +185,7 @@ impl ShadowEdges {
                         find_events(light, blocker, scratch, &mut pair.events);
                     }
                     pair.events_stale = false;
+                    pair.edges_stale = true;
                 }
             },
         );
@@ -214,27 +198,33 @@ impl ShadowEdges {
             let Pair {
                 receivers,
                 events,
+                edges_stale,
+                added,
                 chunks,
                 ..
             } = &mut **pair;
             statistics.events += events.len();
             chunks.resize_with(events.len().div_ceil(CHUNK), Chunk::default);
+            let pairing = Pairing {
+                light: key.0,
+                blocker: key.1,
+                receivers,
+                added: (!*edges_stale).then_some(&**added),
+            };
             for (events, chunk) in events.chunks(CHUNK).zip(chunks) {
-                jobs.push((**key, &*receivers, events, chunk));
+                jobs.push((pairing, events, chunk));
             }
         }
-        each(
-            &mut jobs,
-            |(pair, receivers, events, chunk), scratch: &mut Scratch| {
-                run(scene, *pair, receivers, events, chunk, scratch);
-            },
-        );
-        for (_, _, _, chunk) in &jobs {
-            statistics.add(&chunk.statistics);
+        each(&mut jobs, |(pairing, events, chunk), scratch: &mut Scratch| {
+            chunk.update(scene, *pairing, events, scratch);
+        });
+        for (_, _, chunk) in &jobs {
+            statistics.add(&chunk.statistics());
         }
         drop(jobs);
         for (_, pair) in stale {
             pair.edges_stale = false;
+            pair.added.clear();
         }
         statistics
     }
@@ -256,63 +246,4 @@ fn each<T: Send, S: Default>(items: &mut [T], f: impl Fn(&mut T, &mut S) + Sync)
             f(item, &mut scratch);
         }
     }
-}
-
-/// Intersects a run of events with all receivers.
-fn run(
-    scene: &ShadowScene,
-    (light, blocker): (LightId, ObjectId),
-    receivers: &[ObjectId],
-    events: &[Event],
-    chunk: &mut Chunk,
-    scratch: &mut Scratch,
-) {
-    chunk.edges.clear();
-    chunk.dropped = 0;
-    chunk.statistics = ShadowStatistics::default();
-    let Some(source) = scene.light(light) else { return };
-    for event in events {
-        scratch.pieces.clear();
-        for (slot, &id) in (0u32..).zip(receivers) {
-            let Some(receiver) = scene.object(id) else {
-                continue;
-            };
-            cut(
-                event,
-                receiver,
-                slot,
-                id == blocker,
-                &mut scratch.section,
-                &mut scratch.pieces,
-                &mut chunk.statistics,
-            );
-        }
-        chunk.statistics.pieces += scratch.pieces.len();
-        let pieces = &scratch.pieces;
-        visible_parts(pieces, &mut scratch.sweep, |number, from, to| {
-            let piece = &pieces[number as usize];
-            let ends = [from, to].map(|s| point_of(event, s, piece.at(s)));
-            if !ends.iter().any(|&p| source.reaches(p)) {
-                return;
-            }
-            let segment = ends.map(|p| p.as_vec3());
-            if segment[0] == segment[1] || !segment.iter().all(|p| p.is_finite()) {
-                return;
-            }
-            for kind in event.kinds.iter() {
-                chunk.edges.push(ShadowEdge {
-                    kind,
-                    segment,
-                    triple: Triple {
-                        light,
-                        blocker,
-                        receiver: receivers[piece.slot as usize],
-                    },
-                    source: event.source,
-                    face: piece.face,
-                });
-            }
-        });
-    }
-    chunk.statistics.edges = chunk.edges.len();
 }

@@ -48,6 +48,55 @@ pub(super) fn test_nodes(
     }
 }
 
+/// A beam's bounds, positive inside, and who looks at it, as in [`Forms`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BeamForms {
+    pub(super) planes: [[f32; 4]; 4],
+    pub(super) views: [Option<View>; 2],
+    pub(super) pad: f32,
+}
+
+/// For each node of `frontier`, the children that may hold a face of interest for a wedge in the beam; lanes without a
+/// child give arbitrary bits.
+pub(super) fn test_nodes_in_beam(
+    instructions: Instructions,
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &BeamForms,
+    masks: &mut Vec<u16>,
+) {
+    masks.clear();
+    match instructions {
+        // SAFETY: `Instructions` other than portable are used only where they are available.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx512 => unsafe { beam_avx512(planes, bounds, frontier, forms, masks) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx2 => unsafe { beam_avx2(planes, bounds, frontier, forms, masks) },
+        _ => beam::<Portable>(planes, bounds, frontier, forms, masks),
+    }
+}
+
+/// For each group of boxes, those that may meet the wedge, whoever looks.
+pub(super) fn test_boxes(
+    instructions: Instructions,
+    bounds: &[BoundsLanes],
+    forms: &Forms,
+    masks: &mut Vec<u16>,
+) {
+    masks.clear();
+    match instructions {
+        // SAFETY: `Instructions` other than portable are used only where they are available.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx512 => unsafe { boxes_avx512(bounds, forms, masks) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx2 => unsafe { boxes_avx2(bounds, forms, masks) },
+        _ => boxes::<Portable>(bounds, forms, masks),
+    }
+}
+
 /// For each block of `list`, the faces that may meet the wedge; lanes without a face give arbitrary bits.
 pub(super) fn scan_blocks(
     instructions: Instructions,
@@ -90,6 +139,42 @@ fn nodes_avx2(
     masks: &mut Vec<u16>,
 ) {
     nodes::<super::registers::Avx2>(planes, bounds, frontier, forms, masks);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn beam_avx512(
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &BeamForms,
+    masks: &mut Vec<u16>,
+) {
+    beam::<super::registers::Avx512>(planes, bounds, frontier, forms, masks);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn beam_avx2(
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &BeamForms,
+    masks: &mut Vec<u16>,
+) {
+    beam::<super::registers::Avx2>(planes, bounds, frontier, forms, masks);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn boxes_avx512(bounds: &[BoundsLanes], forms: &Forms, masks: &mut Vec<u16>) {
+    boxes::<super::registers::Avx512>(bounds, forms, masks);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn boxes_avx2(bounds: &[BoundsLanes], forms: &Forms, masks: &mut Vec<u16>) {
+    boxes::<super::registers::Avx2>(bounds, forms, masks);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -137,6 +222,43 @@ fn beyond(outside: [u16; 2], inside: [u16; 2], double: bool) -> u16 {
     }
 }
 
+/// Which boxes the wedge surely does not meet.
+#[inline(always)]
+fn misses<R: Register>(BoundsLanes { min, max }: &BoundsLanes, forms: &Forms) -> u16 {
+    let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
+    let [plane, sides @ ..] = &forms.planes;
+    let mut out = below.exceeds(extreme::<R>(plane, min, max));
+    out |= extreme::<R>(plane, max, min).exceeds(above);
+    let (mut outside, mut inside) = ([0u16; 2], [0u16; 2]);
+    for i in 0..2 {
+        outside[i] = below.exceeds(extreme::<R>(&sides[i], min, max));
+        if forms.double {
+            inside[i] = extreme::<R>(&sides[i], max, min).exceeds(above);
+        }
+    }
+    out | beyond(outside, inside, forms.double)
+}
+
+/// Which children turn away from all viewers; none without viewers.
+#[inline(always)]
+fn turned_away<R: Register>(lanes: &PlaneLanes<1>, views: &[Option<View>; 2], pad: f32) -> u16 {
+    let below = R::splat(-pad);
+    let mut away = u16::MAX;
+    for view in views.iter().flatten() {
+        let mut most = R::splat(0.0);
+        for (k, &factor) in view.iter().enumerate() {
+            let end = if factor >= 0.0 {
+                &lanes.hi[0][k]
+            } else {
+                &lanes.lo[0][k]
+            };
+            most = R::load(end).mul_add(R::splat(factor), most);
+        }
+        away &= below.exceeds(most);
+    }
+    away
+}
+
 #[inline(always)]
 fn nodes<R: Register>(
     planes: &[PlaneLanes<1>],
@@ -145,39 +267,41 @@ fn nodes<R: Register>(
     forms: &Forms,
     masks: &mut Vec<u16>,
 ) {
-    let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
-    let [plane, sides @ ..] = &forms.planes;
     for &node in frontier {
-        let BoundsLanes { min, max } = &bounds[node as usize];
-        let mut out = below.exceeds(extreme::<R>(plane, min, max));
-        out |= extreme::<R>(plane, max, min).exceeds(above);
-        let (mut outside, mut inside) = ([0u16; 2], [0u16; 2]);
-        for i in 0..2 {
-            outside[i] = below.exceeds(extreme::<R>(&sides[i], min, max));
-            if forms.double {
-                inside[i] = extreme::<R>(&sides[i], max, min).exceeds(above);
-            }
-        }
-        out |= beyond(outside, inside, forms.double);
+        let mut out = misses::<R>(&bounds[node as usize], forms);
         if forms.views[1].is_some() {
-            let lanes = &planes[node as usize];
-            let mut away = u16::MAX;
-            for view in &forms.views {
-                let Some(view) = view else { continue };
-                let mut most = R::splat(0.0);
-                for (k, &factor) in view.iter().enumerate() {
-                    let end = if factor >= 0.0 {
-                        &lanes.hi[0][k]
-                    } else {
-                        &lanes.lo[0][k]
-                    };
-                    most = R::load(end).mul_add(R::splat(factor), most);
-                }
-                away &= below.exceeds(most);
-            }
-            out |= away;
+            out |= turned_away::<R>(&planes[node as usize], &forms.views, forms.pad);
         }
         masks.push(!out);
+    }
+}
+
+#[inline(always)]
+fn beam<R: Register>(
+    planes: &[PlaneLanes<1>],
+    bounds: &[BoundsLanes],
+    frontier: &[u32],
+    forms: &BeamForms,
+    masks: &mut Vec<u16>,
+) {
+    let below = R::splat(-forms.pad);
+    for &node in frontier {
+        let BoundsLanes { min, max } = &bounds[node as usize];
+        let mut out = 0;
+        for plane in &forms.planes {
+            out |= below.exceeds(extreme::<R>(plane, min, max));
+        }
+        if forms.views[1].is_some() {
+            out |= turned_away::<R>(&planes[node as usize], &forms.views, forms.pad);
+        }
+        masks.push(!out);
+    }
+}
+
+#[inline(always)]
+fn boxes<R: Register>(bounds: &[BoundsLanes], forms: &Forms, masks: &mut Vec<u16>) {
+    for lanes in bounds {
+        masks.push(!misses::<R>(lanes, forms));
     }
 }
 

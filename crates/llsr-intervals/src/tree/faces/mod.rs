@@ -4,6 +4,7 @@
 //! its nodes: boxes, which a wedge has to cross, and intervals of normals and offsets, which drop whole subtrees
 //! that face away from the light (Bala et al. 2003, section 6.4). Leaves are blocks of sixteen faces, tested together.
 
+mod beam;
 mod kernel;
 mod registers;
 #[cfg(test)]
@@ -17,6 +18,7 @@ use super::order::{Key, Ordering};
 use super::plane::Plane;
 use super::{NODE_PAD, frame_scale, view};
 use crate::Viewpoint;
+pub use beam::{Beam, NarrowedFaces};
 use kernel::Forms;
 
 /// The part of a plane in which a shadow event lies, and who looks at it.
@@ -248,15 +250,7 @@ impl FaceTree {
         if tree.links.is_empty() {
             return statistics;
         }
-        let apex = (wedge.apex - self.center) * self.scale;
-        let forms = Forms {
-            planes: wedge.normals.map(|normal| form(normal, apex)),
-            double: wedge.double,
-            views: viewers.iter().take(2).fold([None; 2], |[_, last], viewer| {
-                [last, Some(view(viewer, self.center, self.scale))]
-            }),
-            pad: NODE_PAD,
-        };
+        let forms = self.forms(wedge, viewers);
         scratch.blocks.clear();
         scratch.frontier.clear();
         scratch.frontier.push(0);
@@ -287,15 +281,37 @@ impl FaceTree {
             std::mem::swap(&mut scratch.frontier, &mut scratch.next);
         }
         statistics.blocks = scratch.blocks.len();
+        self.scan(&forms, scratch, found);
+        statistics
+    }
+
+    fn forms(&self, wedge: &Wedge, viewers: &[Viewpoint]) -> Forms {
+        let apex = self.to_frame(wedge.apex);
+        Forms {
+            planes: wedge.normals.map(|normal| form(normal, apex)),
+            double: wedge.double,
+            views: self.views(viewers),
+            pad: NODE_PAD,
+        }
+    }
+
+    fn views(&self, viewers: &[Viewpoint]) -> [Option<super::blocks::View>; 2] {
+        viewers.iter().take(2).fold([None; 2], |[_, last], viewer| {
+            [last, Some(view(viewer, self.center, self.scale))]
+        })
+    }
+
+    /// Appends the faces of the blocks listed in `scratch` that the wedge may meet.
+    fn scan(&self, forms: &Forms, scratch: &mut FaceScratch, found: &mut Vec<FaceHit>) {
         kernel::scan_blocks(
             self.instructions,
             &self.blocks,
             &scratch.blocks,
-            &forms,
+            forms,
             &mut scratch.masks,
         );
         for (&block, &mask) in scratch.blocks.iter().zip(&scratch.masks) {
-            let items = tree.block_items(block as usize);
+            let items = self.hierarchy.block_items(block as usize);
             let mut hits = mask & u16::MAX >> (LANES - items.len());
             while hits != 0 {
                 let lane = hits.trailing_zeros();
@@ -306,7 +322,6 @@ impl FaceTree {
                 hits &= hits - 1;
             }
         }
-        statistics
     }
 
     /// Box of all faces; empty without any.

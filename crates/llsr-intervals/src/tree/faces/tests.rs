@@ -180,3 +180,50 @@ fn facing_away_drops_subtrees() {
     nothing.query(&wedge, &[], &mut scratch, &mut front);
     assert!(nothing.is_empty() && front.is_empty(), "an empty tree");
 }
+
+#[test]
+fn narrowed_queries_find_all_that_is_met() {
+    let random = &mut Pcg64Mcg::seed_from_u64(10);
+    let faces = faces(random, 4000, DVec3::ZERO);
+    let tree = FaceTree::build(4000, DVec3::ZERO, 5.0, |face| faces[face as usize]);
+    let (mut scratch, mut narrowed) = (FaceScratch::default(), NarrowedFaces::default());
+    let (mut total, mut few, mut dropped) = (0, 0, 0);
+    for instructions in [Instructions::Portable, Instructions::Avx2, Instructions::Avx512] {
+        let tree = tree.clone().with_instructions(instructions);
+        for round in 0..60 {
+            let apex = 3.0 * vector(random);
+            let d0 = vector(random) - apex;
+            let viewer = Viewpoint::at(apex).expect("finite");
+            let viewers = if round % 2 == 0 { &[][..] } else { &[viewer][..] };
+            let wedges: Vec<[DVec3; 2]> = (0..8)
+                .map(|_| [d0 + 0.05 * vector(random), d0 + 0.05 * vector(random)])
+                .collect();
+            let Some(beam) = Beam::around(apex, wedges.iter().flatten().copied()) else {
+                continue;
+            };
+            let all = tree.narrow(&beam, viewers, usize::MAX, &mut scratch, &mut narrowed);
+            assert!(all.is_some(), "no limit");
+            for &d in &wedges {
+                let wedge = Wedge::cone(apex, d).expect("a wedge");
+                let (mut whole, mut part) = (Vec::new(), Vec::new());
+                tree.query(&wedge, viewers, &mut scratch, &mut whole);
+                tree.query_narrowed(&narrowed, &wedge, &mut scratch, &mut part);
+                assert!(part.iter().all(|hit| whole.contains(hit)), "none else");
+                for hit in whole.iter().filter(|hit| !part.contains(hit)) {
+                    // Near the wedge, but not in it.
+                    let met = meets(faces[hit.face as usize], apex, d, 1e-9);
+                    assert!(!met, "face {} from {apex} along {d0}", hit.face);
+                    dropped += 1;
+                }
+                total += part.len();
+            }
+            few += usize::from(
+                tree.narrow(&beam, viewers, 3, &mut scratch, &mut narrowed)
+                    .is_none(),
+            );
+        }
+    }
+    assert!(total > 5000, "{total} found");
+    assert!(dropped * 10 < total, "{dropped} near the wedges");
+    assert!(few > 20, "{few} beams with more than three blocks");
+}

@@ -1,0 +1,302 @@
+//! A run of events intersected with the receivers of its light and blocker.
+
+use llsr_scene::{LightId, ObjectId, Triple};
+
+use super::envelope::{Piece, SweepScratch, visible_parts};
+use super::events::Event;
+use super::scene::ShadowScene;
+use super::section::{Part, SectionScratch, Target, cut, point_of};
+use super::{ShadowEdge, ShadowSource, ShadowStatistics};
+
+/// Fewer events than this are not looked at together.
+const GROUP: usize = 4;
+
+/// A light, a blocker and their receivers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pairing<'a> {
+    pub(super) light: LightId,
+    pub(super) blocker: ObjectId,
+    /// In order.
+    pub(super) receivers: &'a [ObjectId],
+    /// Those that are new, if the edges on the others are there already.
+    pub(super) added: Option<&'a [ObjectId]>,
+}
+
+/// The edges of a run of events.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Chunk {
+    edges: Vec<ShadowEdge>,
+    /// Where the edges of each event end.
+    ends: Vec<u32>,
+    /// Edges of each event that were dropped since.
+    dropped: Vec<u32>,
+    statistics: ShadowStatistics,
+}
+
+/// Working memory of a job.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    section: SectionScratch,
+    parts: Vec<Part>,
+    sweep: SweepScratch,
+    pieces: Vec<Piece>,
+    touched: Vec<Event>,
+    is_touched: Vec<bool>,
+    edges: Vec<ShadowEdge>,
+    ends: Vec<u32>,
+}
+
+impl Chunk {
+    /// The edges, those of one event together.
+    pub(super) fn edges(&self) -> &[ShadowEdge] {
+        &self.edges
+    }
+
+    /// Number of edges that were dropped and not computed again.
+    pub(super) fn dropped(&self) -> usize {
+        self.dropped.iter().map(|&n| n as usize).sum()
+    }
+
+    /// What the last update did.
+    pub(super) fn statistics(&self) -> ShadowStatistics {
+        self.statistics
+    }
+
+    /// Keeps the edges for which `keep` holds.
+    pub(super) fn retain(&mut self, mut keep: impl FnMut(&ShadowEdge) -> bool) {
+        let (mut start, mut kept) = (0, 0);
+        for (end, dropped) in self.ends.iter_mut().zip(&mut self.dropped) {
+            for i in start..*end as usize {
+                if keep(&self.edges[i]) {
+                    self.edges[kept] = self.edges[i];
+                    kept += 1;
+                } else {
+                    *dropped += 1;
+                }
+            }
+            start = *end as usize;
+            *end = kept as u32;
+        }
+        self.edges.truncate(kept);
+    }
+
+    /// Computes the edges of `events`: all, or those of events that meet a new receiver.
+    pub(super) fn update(
+        &mut self,
+        scene: &ShadowScene,
+        pairing: Pairing<'_>,
+        events: &[Event],
+        scratch: &mut Scratch,
+    ) {
+        self.statistics = ShadowStatistics::default();
+        match pairing.added {
+            Some(added) => self.add(scene, pairing, added, events, scratch),
+            None => {
+                self.edges.clear();
+                self.ends.clear();
+                self.compute(scene, pairing, events, scratch);
+                self.dropped.clear();
+                self.dropped.resize(events.len(), 0);
+            }
+        }
+        self.statistics.edges = self.edges.len();
+    }
+
+    fn add(
+        &mut self,
+        scene: &ShadowScene,
+        pairing: Pairing<'_>,
+        added: &[ObjectId],
+        events: &[Event],
+        scratch: &mut Scratch,
+    ) {
+        let only = Pairing {
+            receivers: added,
+            ..pairing
+        };
+        let mut is_touched = std::mem::take(&mut scratch.is_touched);
+        let mut touched = std::mem::take(&mut scratch.touched);
+        is_touched.clear();
+        touched.clear();
+        each_event(
+            scene,
+            only,
+            events,
+            scratch,
+            &mut self.statistics,
+            |event, pieces, _| {
+                is_touched.push(!pieces.is_empty());
+                if !pieces.is_empty() {
+                    touched.push(*event);
+                }
+            },
+        );
+        if !touched.is_empty() {
+            let old = (
+                std::mem::replace(&mut self.edges, std::mem::take(&mut scratch.edges)),
+                std::mem::replace(&mut self.ends, std::mem::take(&mut scratch.ends)),
+            );
+            self.edges.clear();
+            self.ends.clear();
+            self.compute(scene, pairing, &touched, scratch);
+            let new = (std::mem::take(&mut self.edges), std::mem::take(&mut self.ends));
+            let mut next = 0;
+            let part = |(edges, ends): &(Vec<ShadowEdge>, Vec<u32>), i: usize| {
+                let start = i.checked_sub(1).map_or(0, |before| ends[before]);
+                edges[start as usize..ends[i] as usize].to_vec()
+            };
+            for (i, &is_touched) in is_touched.iter().enumerate() {
+                if is_touched {
+                    self.edges.extend(part(&new, next));
+                    self.dropped[i] = 0;
+                    next += 1;
+                } else {
+                    self.edges.extend(part(&old, i));
+                }
+                self.ends.push(self.edges.len() as u32);
+            }
+            (scratch.edges, scratch.ends) = old;
+        }
+        (scratch.is_touched, scratch.touched) = (is_touched, touched);
+    }
+
+    /// Appends the edges of events.
+    fn compute(
+        &mut self,
+        scene: &ShadowScene,
+        pairing: Pairing<'_>,
+        events: &[Event],
+        scratch: &mut Scratch,
+    ) {
+        let Self {
+            edges,
+            ends,
+            statistics,
+        } = self;
+        let Some(source) = scene.light(pairing.light) else {
+            ends.resize(ends.len() + events.len(), edges.len() as u32);
+            return;
+        };
+        let Pairing {
+            light,
+            blocker,
+            receivers,
+            ..
+        } = pairing;
+        let mut found = 0;
+        each_event(
+            scene,
+            pairing,
+            events,
+            scratch,
+            statistics,
+            |event, pieces, sweep| {
+                found += pieces.len();
+                visible_parts(pieces, sweep, |number, from, to| {
+                    let piece = &pieces[number as usize];
+                    let points = [from, to].map(|s| point_of(event, s, piece.at(s)));
+                    if !points.iter().any(|&p| source.reaches(p)) {
+                        return;
+                    }
+                    let segment = points.map(|p| p.as_vec3());
+                    if segment[0] == segment[1] || !segment.iter().all(|p| p.is_finite()) {
+                        return;
+                    }
+                    for kind in event.kinds.iter() {
+                        edges.push(ShadowEdge {
+                            kind,
+                            segment,
+                            triple: Triple {
+                                light,
+                                blocker,
+                                receiver: receivers[piece.slot as usize],
+                            },
+                            source: event.source,
+                            face: piece.face,
+                        });
+                    }
+                });
+                ends.push(edges.len() as u32);
+            },
+        );
+        statistics.pieces += found;
+    }
+}
+
+/// Gives to `then` each event, in order, with the pieces of all receivers in its wedge.
+fn each_event(
+    scene: &ShadowScene,
+    pairing: Pairing<'_>,
+    events: &[Event],
+    scratch: &mut Scratch,
+    statistics: &mut ShadowStatistics,
+    mut then: impl FnMut(&Event, &[Piece], &mut SweepScratch),
+) {
+    let corner = |event: &Event| match event.source {
+        ShadowSource::Edge { corner, .. } => Some(corner),
+        ShadowSource::Vertex { .. } | ShadowSource::Gap { .. } => None,
+    };
+    for group in events.chunk_by(|a, b| corner(a) == corner(b)) {
+        let is_together = group.first().and_then(corner).is_some();
+        let (mut rest, mut most) = (group, group.len());
+        while !rest.is_empty() {
+            // Halved until its events lie near enough to each other.
+            let mut length = most.min(rest.len());
+            while !narrow(scene, pairing, &rest[..length], is_together, scratch, statistics) {
+                if length <= GROUP {
+                    narrow(scene, pairing, &rest[..length], false, scratch, statistics);
+                    break;
+                }
+                length = (length / 2).max(GROUP);
+            }
+            most = 2 * length;
+            let (now, later) = rest.split_at(length);
+            rest = later;
+            for event in now {
+                scratch.pieces.clear();
+                for (slot, &id) in (0u32..).zip(pairing.receivers) {
+                    let Some(receiver) = scene.object(id) else {
+                        continue;
+                    };
+                    let target = Target {
+                        receiver,
+                        part: &scratch.parts[slot as usize],
+                        slot,
+                        is_own: id == pairing.blocker,
+                    };
+                    cut(
+                        event,
+                        target,
+                        &mut scratch.section,
+                        &mut scratch.pieces,
+                        statistics,
+                    );
+                }
+                then(event, &scratch.pieces, &mut scratch.sweep);
+            }
+        }
+    }
+}
+
+/// Finds the parts of the receivers near `events`. False if these are too far from each other to be looked at together.
+fn narrow(
+    scene: &ShadowScene,
+    pairing: Pairing<'_>,
+    events: &[Event],
+    is_together: bool,
+    scratch: &mut Scratch,
+    statistics: &mut ShadowStatistics,
+) -> bool {
+    scratch.parts.resize_with(pairing.receivers.len(), Part::default);
+    let is_together = is_together && events.len() >= GROUP;
+    for (part, &id) in scratch.parts.iter_mut().zip(pairing.receivers) {
+        part.set_whole();
+        let Some(receiver) = scene.object(id).filter(|_| is_together) else {
+            continue;
+        };
+        if !part.set(events, receiver, &mut scratch.section, statistics) {
+            return false;
+        }
+    }
+    true
+}
