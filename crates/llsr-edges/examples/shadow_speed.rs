@@ -1,10 +1,11 @@
 //! Times of shadow edges under a grid: `shadow_speed [SCENE.glb|SCENE.obj]`.
 //!
 //! All objects of the scene (or a sphere of a million edges with bumps) stand on a floor under 16 + 16 bars and a tube
-//! that runs askew, as in figure 13 of Bala et al. (2003). Medians of 9, in milliseconds of real time; with
+//! that runs askew, as in figure 13 of Bala et al. (2003). Medians of 25, in milliseconds of real time; with
 //! `--features rayon` on all threads.
 
 use std::error::Error;
+use std::fmt::{Display, Formatter};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -13,9 +14,44 @@ use llsr_edges::{ShadowEdges, ShadowOptions, ShadowScene, ShadowStatistics};
 use llsr_io::{LoadOptions, load_scene};
 use llsr_scene::{LinearLight, Material, Mesh, ObjectId, Scene, Triple};
 
-fn median(mut run: impl FnMut() -> ShadowStatistics) -> (f64, ShadowStatistics) {
+const RUNS: usize = 25;
+
+/// Processor time of this process (ms) so far, in steps of 10; 0 where the system does not say.
+fn processor_time() -> f64 {
+    let line = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // After the name in brackets, which may hold anything: fields 14 and 15 in hundredths of a second.
+    let fields = line.rsplit(')').next().unwrap_or_default().split_whitespace();
+    let ticks = fields.skip(11).take(2).filter_map(|x| x.parse::<f64>().ok());
+    ticks.sum::<f64>() * 10.0
+}
+
+/// What repeated runs took.
+struct Times {
+    /// Median, and the shortest (ms of real time).
+    median: f64,
+    least: f64,
+    /// Mean processor time of all threads (ms).
+    processor: f64,
+}
+
+impl Display for Times {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            median,
+            least,
+            processor,
+        } = self;
+        write!(
+            f,
+            "{median:.2} ms (shortest {least:.2}, processor {processor:.2})"
+        )
+    }
+}
+
+fn measure(mut run: impl FnMut() -> ShadowStatistics) -> (Times, ShadowStatistics) {
     let mut statistics = ShadowStatistics::default();
-    let mut times: Vec<f64> = (0..9)
+    let before = processor_time();
+    let mut times: Vec<f64> = (0..RUNS)
         .map(|_| {
             let start = Instant::now();
             statistics = black_box(run());
@@ -23,7 +59,12 @@ fn median(mut run: impl FnMut() -> ShadowStatistics) -> (f64, ShadowStatistics) 
         })
         .collect();
     times.sort_by(f64::total_cmp);
-    (times[4], statistics)
+    let times = Times {
+        median: times[RUNS / 2],
+        least: times[0],
+        processor: (processor_time() - before) / RUNS as f64,
+    };
+    (times, statistics)
 }
 
 fn grid(low: Vec3, high: Vec3, material: llsr_scene::MaterialId) -> Mesh {
@@ -92,12 +133,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         left_out.len()
     );
     let triples = prepared.all_triples();
-    let (first, all) = median(|| ShadowEdges::default().add(&prepared, triples.iter().copied()));
-    println!("all {} triples: {first:.1} ms, {all:?}", triples.len());
+    let (first, all) = measure(|| ShadowEdges::default().add(&prepared, triples.iter().copied()));
+    println!("all {} triples: {first}, {all:?}", triples.len());
 
     let mut edges = ShadowEdges::compute(&prepared, triples.iter().copied());
     let mut step = 0.0;
-    let (moved, done) = median(|| {
+    let (moved, done) = measure(|| {
         step += 0.003 * size.max_element();
         prepared.move_object(
             grid_id,
@@ -105,7 +146,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         edges.object_moved(&prepared, grid_id)
     });
-    println!("grid moved: {moved:.2} ms, {done:?}");
+    println!("grid moved: {moved}, {done:?}");
 
     let of = |blocker: ObjectId| -> Vec<Triple> {
         let wanted = |t: &&Triple| t.blocker == blocker && t.receiver != grid_id && t.receiver.0 == 0;
@@ -113,17 +154,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     for (name, blocker) in [("itself", ObjectId(0)), ("the grid", grid_id)] {
         let own = of(blocker);
-        let (nothing, _) = median(|| {
+        let (nothing, _) = measure(|| {
             let mut edges = ShadowEdges::default();
             let ObjectId(number) = blocker;
             // A receiver that does not exist: events alone.
             let receiver = ObjectId(1 << 20 | number);
             edges.add(&prepared, own.iter().map(|&triple| Triple { receiver, ..triple }))
         });
-        let (all, done) = median(|| ShadowEdges::default().add(&prepared, own.iter().copied()));
+        let (all, done) = measure(|| ShadowEdges::default().add(&prepared, own.iter().copied()));
+        let each = |time: f64| 1e3 * time / done.queries.max(1) as f64;
         println!(
-            "first object under {name}: {all:.2} ms, of it events {nothing:.2} ms; {:.3} us an event and receiver, {done:?}",
-            1e3 * (all - nothing) / done.queries.max(1) as f64
+            "first object under {name}: {all}, of it events {nothing}; {:.3} us (shortest {:.3}, processor {:.3}) an event \
+             and receiver, {done:?}",
+            each(all.median - nothing.median),
+            each(all.least - nothing.least),
+            each(all.processor - nothing.processor),
         );
     }
     Ok(())

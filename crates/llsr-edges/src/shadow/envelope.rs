@@ -67,6 +67,9 @@ pub(super) fn visible_parts(
         }
         return;
     }
+    if pieces.iter().all(Piece::hides) {
+        return;
+    }
     let order = &mut scratch.order;
     order.clear();
     // Places are not negative, so their bits sort as they do.

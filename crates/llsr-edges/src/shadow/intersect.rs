@@ -172,6 +172,7 @@ impl Chunk {
             edges,
             ends,
             statistics,
+            ..
         } = self;
         let Some(source) = scene.light(pairing.light) else {
             ends.resize(ends.len() + events.len(), edges.len() as u32);

@@ -23,6 +23,9 @@ const CONTACT: f64 = 1e-5;
 const NEAREST: f64 = 1e-7;
 /// Farther from the blocker than this, relative to its distance from the light, no corner can be one of its own.
 const NEAR: f64 = 1e-3;
+/// Nor farther than this from the event's plane, in units of the receiver's size: corners are single-precision numbers
+/// of at most 1.
+const FLAT: f64 = 2e-6;
 
 type Lanes = [f64; LANES];
 
@@ -64,8 +67,10 @@ pub(super) struct Batch {
     height: [Lanes; 3],
     alpha: [Lanes; 3],
     beta: [Lanes; 3],
-    /// A bit for each lane that cannot be met.
-    dropped: u8,
+    /// Not positive for faces that cannot be met.
+    facing: Lanes,
+    /// A corner may be the blocker's own.
+    is_near: [bool; LANES],
 }
 
 /// Where the faces of a batch lie in the wedge, along its edge and in inverse distance.
@@ -91,11 +96,6 @@ impl Found {
 }
 
 impl Batch {
-    /// No faces.
-    pub(super) fn clear(&mut self) {
-        self.dropped = u8::MAX;
-    }
-
     /// Puts a face into a lane.
     pub(super) fn set(&mut self, lane: usize, corners: [Vec3; 3]) {
         for (to, corner) in self.corners.iter_mut().zip(corners) {
@@ -103,12 +103,11 @@ impl Batch {
                 to[axis][lane] = f64::from(x);
             }
         }
-        self.dropped &= !(1 << lane);
     }
 
     /// Takes a face out.
     pub(super) fn drop(&mut self, lane: usize) {
-        self.dropped |= 1 << lane;
+        self.facing[lane] = -1.0;
     }
 
     /// Puts a corner into the event's plane, at a place (alpha, beta).
@@ -118,28 +117,21 @@ impl Batch {
         self.beta[corner][lane] = beta;
     }
 
-    /// A bit for each lane with a corner about as far from the light as the blocker.
-    pub(super) fn near(&self, rule: Rule) -> u8 {
-        let mut near = [false; LANES];
-        for corner in 0..3 {
-            for lane in 0..LANES {
-                let off = self.alpha[corner][lane] + self.beta[corner][lane] - rule.own;
-                near[lane] |= off.abs() < NEAR;
-            }
-        }
-        let bits = (0..LANES).fold(0, |bits, lane| bits | u8::from(near[lane]) << lane);
-        bits & !self.dropped
+    /// True if a corner is in the event's plane about as far from the light as the blocker, so that it may be the
+    /// blocker's own.
+    pub(super) fn is_near(&self, lane: usize) -> bool {
+        self.is_near[lane] && self.facing[lane] > 0.0
     }
 
     /// Finds the places of all corners in the event's frame. Faces of a solid that turn away from both of
     /// `seen_from` are dropped.
-    pub(super) fn place(&mut self, frame: &Frame, seen_from: Option<[DVec3; 2]>) {
+    pub(super) fn place(&mut self, frame: &Frame, rule: Rule, seen_from: Option<[DVec3; 2]>) {
         #[cfg(target_arch = "x86_64")]
         if is_wide() {
             // SAFETY: the processor has the instructions.
-            return unsafe { place_wide(self, frame, seen_from) };
+            return unsafe { place_wide(self, frame, rule, seen_from) };
         }
-        place(self, frame, seen_from);
+        place(self, frame, rule, seen_from);
     }
 
     /// Cuts all faces.
@@ -164,8 +156,8 @@ fn is_wide() -> bool {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-fn place_wide(batch: &mut Batch, frame: &Frame, seen_from: Option<[DVec3; 2]>) {
-    place(batch, frame, seen_from);
+fn place_wide(batch: &mut Batch, frame: &Frame, rule: Rule, seen_from: Option<[DVec3; 2]>) {
+    place(batch, frame, rule, seen_from);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -175,52 +167,58 @@ fn cut_wide(batch: &Batch, rule: Rule, found: &mut Found) {
 }
 
 #[inline(always)]
-fn place(batch: &mut Batch, frame: &Frame, seen_from: Option<[DVec3; 2]>) {
+fn place(batch: &mut Batch, frame: &Frame, rule: Rule, seen_from: Option<[DVec3; 2]>) {
     let Batch {
         corners,
         height,
         alpha,
         beta,
-        dropped,
+        facing,
+        is_near,
     } = batch;
+    let flat = FLAT * frame.normal.length();
+    *is_near = [false; LANES];
     for corner in 0..3 {
         let [x, y, z] = &corners[corner];
+        let (height, alpha, beta) = (&mut height[corner], &mut alpha[corner], &mut beta[corner]);
         for lane in 0..LANES {
             let d = [
                 x[lane] - frame.origin.x,
                 y[lane] - frame.origin.y,
                 z[lane] - frame.origin.z,
             ];
-            height[corner][lane] = frame.normal.x * d[0] + frame.normal.y * d[1] + frame.normal.z * d[2];
-            alpha[corner][lane] = frame.alpha.x * d[0] + frame.alpha.y * d[1] + frame.alpha.z * d[2];
-            beta[corner][lane] = frame.beta.x * d[0] + frame.beta.y * d[1] + frame.beta.z * d[2];
+            let h = frame.normal.x * d[0] + frame.normal.y * d[1] + frame.normal.z * d[2];
+            let a = frame.alpha.x * d[0] + frame.alpha.y * d[1] + frame.alpha.z * d[2];
+            let b = frame.beta.x * d[0] + frame.beta.y * d[1] + frame.beta.z * d[2];
+            (height[lane], alpha[lane], beta[lane]) = (h, a, b);
+            is_near[lane] |= ((a + b - rule.own).abs() < NEAR) & (h.abs() < flat);
         }
     }
-    let Some([from, to]) = seen_from else { return };
-    let mut away = [false; LANES];
-    let [a, b, c] = &*corners;
+    let Some([from, to]) = seen_from else {
+        *facing = [1.0; LANES];
+        return;
+    };
+    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &*corners;
     for lane in 0..LANES {
-        let u = [0, 1, 2].map(|k| b[k][lane] - a[k][lane]);
-        let v = [0, 1, 2].map(|k| c[k][lane] - a[k][lane]);
-        let normal = [
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        ];
-        let side = |p: DVec3| {
-            normal[0] * (p.x - a[0][lane]) + normal[1] * (p.y - a[1][lane]) + normal[2] * (p.z - a[2][lane])
-        };
-        away[lane] = (side(from) <= 0.0) & (side(to) <= 0.0);
-    }
-    for (lane, away) in away.into_iter().enumerate() {
-        *dropped |= u8::from(away) << lane;
+        let (ux, uy, uz) = (bx[lane] - ax[lane], by[lane] - ay[lane], bz[lane] - az[lane]);
+        let (vx, vy, vz) = (cx[lane] - ax[lane], cy[lane] - ay[lane], cz[lane] - az[lane]);
+        let (nx, ny, nz) = (uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+        let own = nx * ax[lane] + ny * ay[lane] + nz * az[lane];
+        let first = nx * from.x + ny * from.y + nz * from.z;
+        let second = nx * to.x + ny * to.y + nz * to.z;
+        let most = if first > second { first } else { second };
+        facing[lane] = most - own;
     }
 }
 
 #[inline(always)]
 fn cut(batch: &Batch, rule: Rule, found: &mut Found) {
     let Batch {
-        height, alpha, beta, ..
+        height,
+        alpha,
+        beta,
+        facing,
+        ..
     } = batch;
     // The line in which a face crosses the plane ends on the two sides of the corner that is alone on its side of the
     // plane; a corner in the plane counts as below.
@@ -275,7 +273,7 @@ fn cut(batch: &Batch, rule: Rule, found: &mut Found) {
         &mut found.is_hiding,
     );
     for lane in 0..LANES {
-        let met = crosses[lane] & (batch.dropped >> lane & 1 == 0);
+        let met = crosses[lane] & (facing[lane] > 0.0);
         found.is_visible[lane] &= met;
         found.is_hiding[lane] &= met;
     }
@@ -327,5 +325,141 @@ fn part(
             w[i][lane] = inverse;
         }
         is_there[lane] = !empty & (start < end) & (ends[0] != ends[1]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn vector(x: [i16; 3]) -> Vec3 {
+        Vec3::from_array(x.map(|x| f32::from(x) / 1024.0))
+    }
+
+    /// Checks a range of places along the event's edge, or that there is none, against points of the line in which a
+    /// face crosses the plane.
+    fn check(
+        corners: [Vec3; 3],
+        frame: &Frame,
+        sum: [f64; 2],
+        sign: f64,
+        here: Option<[f64; 2]>,
+    ) -> Result<(), TestCaseError> {
+        let c = corners.map(|p| p.as_dvec3());
+        let height = c.map(|p| frame.normal.dot(p - frame.origin));
+        let ends: Vec<DVec3> = (0..3)
+            .filter_map(|i| {
+                let j = (i + 1) % 3;
+                let crosses = (height[i] > 0.0) != (height[j] > 0.0);
+                crosses.then(|| c[i] + (c[j] - c[i]) * (height[i] / (height[i] - height[j])))
+            })
+            .collect();
+        let &[p, q] = ends.as_slice() else {
+            prop_assert!(here.is_none(), "the face does not cross the plane");
+            return Ok(());
+        };
+        let place = |t: f64| {
+            let d = p + (q - p) * t - frame.origin;
+            [sign * frame.alpha.dot(d), sign * frame.beta.dot(d)]
+        };
+        // How far a place is inside of the part looked for.
+        let depth = |[a, b]: [f64; 2]| a.min(b).min(a + b - sum[0]).min(sum[1] - a - b);
+        let [low, high] = here.map_or([2.0, -1.0], |[a, b]| [a.min(b), a.max(b)]);
+        for i in 0..=500 {
+            let at = place(f64::from(i) / 500.0);
+            let s = at[1] / (at[0] + at[1]);
+            if depth(at) > 1e-9 && here.is_some() {
+                prop_assert!(low - 1e-9 <= s && s <= high + 1e-9, "{s} in {low} to {high}");
+            } else if depth(at) > 1e-9 {
+                // What is seen along itself has no width.
+                let [f, g] = [place(0.0), place(1.0)];
+                prop_assert!((f[0] * g[1] - f[1] * g[0]).abs() < 1e-9, "nothing at {s}");
+            }
+        }
+        for s in here.into_iter().flatten() {
+            let across = |[a, b]: [f64; 2]| (1.0 - s) * b - s * a;
+            let (f, g) = (across(place(0.0)), across(place(1.0)));
+            if (f - g).abs() > 1e-9 {
+                let t = f / (f - g);
+                prop_assert!((-1e-6..=1.0 + 1e-6).contains(&t), "{s} is beyond an end");
+                prop_assert!(depth(place(t)) > -1e-6, "{s} is outside");
+            }
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn faces_are_cut_where_points_of_their_lines_say(
+            faces in prop::collection::vec(prop::array::uniform3(prop::array::uniform3(-1024i16..1024)), LANES),
+            ends in prop::array::uniform2(prop::array::uniform3(-512i16..512)),
+            is_edge in any::<bool>(),
+        ) {
+            let origin = DVec3::new(0.013, 0.007, if is_edge { 3.0 } else { 0.1 });
+            let to = ends.map(|e| vector(e).as_dvec3() + DVec3::Z * if is_edge { 0.4 } else { 2.0 });
+            let [d0, d1] = if is_edge { to.map(|p| p - origin) } else { to.map(|p| origin - p) };
+            prop_assume!(d0.cross(d1).length() > 1e-2);
+            let frame = Frame::new(origin, d0, d1);
+            let rule = if is_edge { Rule::EDGE } else { Rule::VERTEX };
+            let (mut batch, mut found) = (Batch::default(), Found::default());
+            let corners: Vec<[Vec3; 3]> = faces.iter().map(|f| f.map(vector)).collect();
+            for (lane, &face) in corners.iter().enumerate() {
+                batch.set(lane, face);
+            }
+            batch.place(&frame, rule, None);
+            batch.cut(rule, &mut found);
+            for (lane, &face) in corners.iter().enumerate() {
+                let visible = found.visible(lane).map(|(s, _)| s);
+                check(face, &frame, [rule.nearest, 1e30], 1.0, visible)?;
+                check(face, &frame, rule.hiding, rule.sign, found.hiding(lane))?;
+                if let Some((s, w)) = found.visible(lane) {
+                    for i in 0..2 {
+                        let at = origin + (d0 * (1.0 - s[i]) + d1 * s[i]) / w[i];
+                        let [a, b, c] = face.map(|p| p.as_dvec3());
+                        let normal = (b - a).cross(c - a);
+                        let off = normal.dot(at - a).abs();
+                        prop_assert!(off < 1e-6 * (1.0 + w[i].recip()), "{at} lies in the face's plane: {off}");
+                    }
+                }
+            }
+            // The copy for any processor gives the same bits.
+            let (mut plain, mut plain_found) = (batch.clone(), Found::default());
+            place(&mut plain, &frame, rule, None);
+            cut(&plain, rule, &mut plain_found);
+            for lane in 0..LANES {
+                prop_assert_eq!(found.visible(lane), plain_found.visible(lane));
+                prop_assert_eq!(found.hiding(lane), plain_found.hiding(lane));
+            }
+        }
+    }
+
+    #[test]
+    fn faces_that_turn_away_and_own_corners_are_told() {
+        let frame = Frame::new(
+            DVec3::Z * 3.0,
+            DVec3::new(-0.1, 0.0, -1.0),
+            DVec3::new(0.1, 0.0, -1.0),
+        );
+        let [a, b, c] = [
+            Vec3::new(-0.5, -0.5, 0.0),
+            Vec3::new(0.5, -0.5, 0.0),
+            Vec3::new(0.0, 0.5, 0.0),
+        ];
+        let own = (DVec3::Z * 3.0 + DVec3::new(0.1, 0.0, -1.0)).as_vec3();
+        let (mut batch, mut found) = (Batch::default(), Found::default());
+        for (lane, face) in [[a, b, c], [b, a, c], [own, c, b], [a, b, c]]
+            .into_iter()
+            .enumerate()
+        {
+            batch.set(lane, face);
+        }
+        batch.place(&frame, Rule::EDGE, Some([DVec3::Z * 3.0; 2]));
+        assert!(batch.is_near(2) && !batch.is_near(0), "a corner of the edge");
+        batch.drop(3);
+        batch.cut(Rule::EDGE, &mut found);
+        let met = [0, 1, 3].map(|lane| found.visible(lane).is_some());
+        assert_eq!(met, [true, false, false], "front, back, taken out");
     }
 }

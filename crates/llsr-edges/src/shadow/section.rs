@@ -44,9 +44,12 @@ impl Frame {
 pub(super) struct SectionScratch {
     tree: FaceScratch,
     faces: Vec<FaceHit>,
-    batch: Batch,
+    batches: [Batch; BATCHES],
     found: Found,
 }
+
+/// Batches filled before the first is cut: what was just written is not read in wider pieces at once.
+const BATCHES: usize = 4;
 
 /// Blocks of a receiver that a group of events may meet; more than this are not worth a list.
 const NARROW: usize = 256;
@@ -157,7 +160,7 @@ pub(super) fn cut(
     let SectionScratch {
         tree: walk,
         faces,
-        batch,
+        batches,
         found,
     } = scratch;
     faces.clear();
@@ -177,25 +180,31 @@ pub(super) fn cut(
     let light = light.map(|p| tree.to_frame(p));
     let seen_from = solid.then_some(if is_edge { [light[0]; 2] } else { light });
     let rule = if is_edge { Rule::EDGE } else { Rule::VERTEX };
-    for hits in faces.chunks(LANES) {
-        batch.clear();
-        for (lane, &hit) in hits.iter().enumerate() {
-            batch.set(lane, tree.corners(hit));
-        }
-        batch.place(&frame, seen_from);
-        if is_own {
-            let near = batch.near(rule);
-            for (lane, hit) in hits.iter().enumerate().filter(|(lane, _)| near >> lane & 1 == 1) {
-                fix_own(&receiver.mesh, hit.face, event.own, is_edge, lane, batch);
+    for run in faces.chunks(BATCHES * LANES) {
+        for (hits, batch) in run.chunks(LANES).zip(&mut *batches) {
+            for (lane, &hit) in hits.iter().enumerate() {
+                batch.set(lane, tree.corners(hit));
             }
         }
-        batch.cut(rule, found);
-        for (lane, hit) in hits.iter().enumerate() {
-            if let Some((s, w)) = found.visible(lane) {
-                pieces.push(Piece::new(s, w, slot, hit.face));
+        for (hits, batch) in run.chunks(LANES).zip(&mut *batches) {
+            batch.place(&frame, rule, seen_from);
+            if is_own {
+                for (lane, hit) in hits.iter().enumerate() {
+                    if batch.is_near(lane) {
+                        fix_own(&receiver.mesh, hit.face, event.own, is_edge, lane, batch);
+                    }
+                }
             }
-            if let Some(s) = found.hiding(lane) {
-                pieces.push(Piece::new(s, [Piece::HIDING; 2], slot, hit.face));
+        }
+        for (hits, batch) in run.chunks(LANES).zip(&*batches) {
+            batch.cut(rule, found);
+            for (lane, hit) in hits.iter().enumerate() {
+                if let Some((s, w)) = found.visible(lane) {
+                    pieces.push(Piece::new(s, w, slot, hit.face));
+                }
+                if let Some(s) = found.hiding(lane) {
+                    pieces.push(Piece::new(s, [Piece::HIDING; 2], slot, hit.face));
+                }
             }
         }
     }
