@@ -18,3 +18,7 @@ pub use view::{
     EdgeClass, EdgeRun, EdgeWarning, Eye, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView,
     ViewedEdge, onto_surface, outline, outline_chords,
 };
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -12,16 +12,24 @@ const PIECES: u32 = 8;
 impl ShadowScene {
     /// All triples whose boxes allow a shadow: some segment from the light to the receiver's box meets the blocker's.
     ///
-    /// For still pictures; an interactive renderer has them from its shader (Bala et al. 2003, section 6.5). An object
-    /// may shade itself. Cost: the square of the number of objects for each light.
+    /// No shadow edge is missing, but some are emitted that nothing shows: an edge is clipped only against receivers of its
+    /// own light and blocker (section 6.5 of Bala et al. 2003), and of those only what a blocker may shade is among them. An
+    /// edge of a blocker that lies wholly in another's shadow stays, though no light comes past it. That is as in the paper and
+    /// cheapest after moves. For drawings and other stills use
+    /// [`all_triples_and_hiders`](Self::all_triples_and_hiders), which takes such edges away.
+    ///
+    /// An interactive renderer has its triples from the shader and needs neither. An object may shade itself. Cost: the
+    /// square of the number of objects for each light.
     pub fn all_triples(&self) -> Vec<Triple> {
         self.triples_where(|light, blocker, receiver| any_hull_meets(light, receiver, blocker))
     }
 
-    /// [`all_triples`](Self::all_triples), and those whose receiver may stand between light and blocker.
+    /// [`all_triples`](Self::all_triples), and those whose receiver may stand between light and blocker: the choice for
+    /// still pictures.
     ///
-    /// No shadow falls on these, but they hide edges that the others would have: a blocker in the shadow of something
-    /// else casts none. The price is that more has to be computed again when such an object moves.
+    /// No shadow falls on these receivers, but they hide edges that the others would have: where something stands
+    /// between the light and the blocker's edge, that edge casts no shadow. The edges are those of `all_triples` less what is
+    /// hidden so. The price is time, and that more has to be computed again when such an object moves.
     pub fn all_triples_and_hiders(&self) -> Vec<Triple> {
         self.triples_where(|light, blocker, receiver| {
             any_hull_meets(light, receiver, blocker) || any_hull_meets(light, blocker, receiver)
