@@ -97,6 +97,14 @@ pub struct Scratch {
     widest_untested: f64,
 }
 
+impl Scratch {
+    /// A sequence of points begins that is the same in every run, whatever was shaded before: so what hid a light from one point
+    /// may help with the next.
+    pub(crate) fn begin_sequence(&mut self) {
+        self.fan.begin_sequence();
+    }
+}
+
 /// Nodes, blocks and shapes that [`Method::Auto`] lets a fan query visit before it searches instead: a search costs about
 /// as much as this many.
 const FAN_BUDGET: u32 = 400;

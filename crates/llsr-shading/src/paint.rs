@@ -109,6 +109,7 @@ impl Painter<'_> {
         let mut statistics = Statistics::default();
         let lights = self.scene.lights.len();
         let exact = self.direct.asks_fans();
+        brush.scratch.begin_sequence();
         brush.states.iter_mut().for_each(LightState::clear);
         brush.states.resize(lights, LightState::default());
         brush.above.iter_mut().for_each(LightState::clear);
@@ -177,6 +178,7 @@ impl Painter<'_> {
         brush: &mut Brush,
         statistics: &mut Statistics,
     ) -> Vec<f64> {
+        brush.scratch.begin_sequence();
         brush.states.iter_mut().for_each(LightState::clear);
         brush
             .states

@@ -3,7 +3,7 @@
 use glam::{Affine3A, DVec3, Quat, Vec3};
 use llsr_scene::{Material, MaterialId, Mesh, Primitive, Scene, SegmentOracle, Shape};
 use llsr_testkit::tracer::{bumpy_knot, exactness_trials, leak_trials, scene_of, slit_trials, torus};
-use llsr_tracer::{FanQuery, FanScratch, Instructions, Tracer};
+use llsr_tracer::{FanQuery, FanReport, FanScratch, Instructions, Tracer};
 use llsr_visibility::{Bracket, Certificate, Partition};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -167,6 +167,81 @@ fn narrow_queries_and_polishing_give_the_ends_of_the_whole() {
         }
     }
     assert!(polished > 100, "{polished} ends");
+}
+
+#[test]
+fn what_is_remembered_of_a_light_changes_no_answer() {
+    let mut rng = Pcg64Mcg::seed_from_u64(9);
+    let tracer = tracer(&scene_of([(
+        bumpy_knot(120, 24, 0.2, MaterialId(0)),
+        Affine3A::IDENTITY,
+    )]));
+    let lights = [0.0, 1.0].map(|x| {
+        (
+            DVec3::new(x - 1.0, 2.0, -0.2),
+            DVec3::new(x - 0.4, 2.0, 0.2 + 0.1 * x),
+        )
+    });
+    let mut helped = FanScratch::default();
+    let (mut found, mut expected) = (Partition::default(), Partition::default());
+    let (mut with, mut without) = (0, 0);
+    for walk in 0..12 {
+        // A short way along which neighbouring points see about the same.
+        let (start, step) = (point(&mut rng, 0.8), point(&mut rng, 0.004));
+        for i in 0..60 {
+            let p = (start + f64::from(i) * step) * DVec3::new(1.0, 0.0, 1.0) - DVec3::Y;
+            let (a, b) = lights[(i % 2) as usize];
+            let mut query = FanQuery::new(p, a, b);
+            with += tracer.fan(&query, &mut helped, &mut found).visits();
+            without += tracer
+                .fan(&query, &mut FanScratch::default(), &mut expected)
+                .visits();
+            assert_eq!(found, expected, "walk {walk}, point {i}: the same bits");
+            // What a budget is enough for does not depend on the queries before.
+            query.budget = 12;
+            assert_eq!(
+                tracer.fan(&query, &mut helped, &mut found),
+                tracer.fan(&query, &mut FanScratch::default(), &mut expected),
+                "walk {walk}, point {i}: the same work"
+            );
+            assert_eq!(
+                found, expected,
+                "walk {walk}, point {i}: the same incomplete answer"
+            );
+        }
+    }
+    assert!(with * 10 < without * 9, "{with} visits instead of {without}");
+}
+
+#[test]
+fn sequences_with_a_budget_can_be_repeated() {
+    let tracer = tracer(&scene_of([(
+        bumpy_knot(120, 24, 0.2, MaterialId(0)),
+        Affine3A::IDENTITY,
+    )]));
+    let (a, b) = (DVec3::new(-1.0, 2.0, -0.2), DVec3::new(-0.4, 2.0, 0.2));
+    let answer = |i: i32, scratch: &mut FanScratch| {
+        let query = FanQuery {
+            budget: 60,
+            ..FanQuery::new(DVec3::new(0.004 * f64::from(i) - 0.4, -1.0, 0.1), a, b)
+        };
+        let mut visible = Partition::default();
+        (tracer.fan(&query, scratch, &mut visible), visible)
+    };
+    let mut scratch = FanScratch::default();
+    let mut run = || {
+        scratch.begin_sequence();
+        (0..200).map(|i| answer(i, &mut scratch)).collect::<Vec<_>>()
+    };
+    let together = run();
+    assert_eq!(together, run(), "the same work and the same answers");
+    let alone: Vec<_> = (0..200).map(|i| answer(i, &mut FanScratch::default())).collect();
+    let visits = |answers: &[(FanReport, Partition)]| -> u32 { answers.iter().map(|x| x.0.visits()).sum() };
+    let (together, alone) = (visits(&together), visits(&alone));
+    assert!(
+        together < alone,
+        "{together} visits of queries that help each other, {alone} of queries that do not"
+    );
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! relative to p first, so that the error is relative to the distance from p to the farthest corner of the tree,
 //! not to the distance from the origin.
 
+use glam::DVec3;
 use llsr_scene::Bounds;
 
 use super::plane::FanPlane;
@@ -40,6 +41,12 @@ pub(super) struct BoxFilter {
     error: f32,
     /// The light parameters asked for.
     range: [f32; 2],
+    /// p, the end of the light at t = 0 and the light's direction from the rounded p, in the fan's axes.
+    apex: [f64; 3],
+    start: [f64; 3],
+    along: [f64; 3],
+    /// Between which coordinates from the rounded p the fan lies in front of these, in the fan's axes.
+    extent: [[f32; 2]; 3],
 }
 
 /// The children of a node that the fan may meet.
@@ -70,6 +77,7 @@ impl BoxFilter {
             return None;
         }
         let turn = |v: [f32; 3]| fan.axes.map(|axis| *axis.of(&v));
+        let turn64 = |v: DVec3| fan.axes.map(|axis| *axis.of(&v.to_array()));
         let p = turn(rounded.to_array());
         let moved = (rounded.as_dvec3() - fan.p).to_array();
         let moved = fan.axes.map(|axis| *axis.of(&moved));
@@ -112,6 +120,10 @@ impl BoxFilter {
             height_error,
             error: 1.1 * (alpha_error + height_error),
             range: [0.0, 1.0],
+            apex: moved.map(|x| -x),
+            start: turn64(fan.a - rounded.as_dvec3()),
+            along: turn64(fan.b - fan.a),
+            extent: [[0.0; 2]; 3],
         };
         filter.narrow(range);
         Some(filter)
@@ -122,6 +134,15 @@ impl BoxFilter {
     pub(super) fn narrow(&mut self, [t0, t1]: [f64; 2]) {
         // Parameters in [0, 1] are rounded by less than this.
         self.range = [t0 as f32 - 2.0 * U, t1 as f32 + 2.0 * U];
+        for axis in 0..3 {
+            let (p, start, along) = (self.apex[axis], self.start[axis], self.along[axis]);
+            let (x, y) = (start + t0 * along, start + t1 * along);
+            let (least, most) = (p.min(x.min(y)), p.max(x.max(y)));
+            // The rounding of the ends is far below that of single precision, which the factor exceeds.
+            let slack =
+                f64::from(4.0 * U) * (p.abs() + start.abs() + along.abs()) + f64::from(f32::MIN_POSITIVE);
+            self.extent[axis] = [(least - slack) as f32, (most + slack) as f32];
+        }
     }
 
     /// Which children the fan may meet, and which light parameters they may hide.
@@ -141,6 +162,11 @@ impl BoxFilter {
         let least = su.mul_add(u0, sv.mul_add(v0, k0));
         let most = su.mul_add(u1, sv.mul_add(v1, k1));
         let mut mask = least.le(S::F::splat(s, self.above)) & S::F::splat(s, self.below).le(most);
+        // A difference that is rounded keeps its order.
+        let [u, v, k] = self.extent;
+        mask &= u0.min(u1).le(S::F::splat(s, u[1])) & S::F::splat(s, u[0]).le(u0.max(u1));
+        mask &= v0.min(v1).le(S::F::splat(s, v[1])) & S::F::splat(s, v[0]).le(v0.max(v1));
+        mask &= k0.le(S::F::splat(s, k[1])) & S::F::splat(s, k[0]).le(k1);
 
         let alpha = corners(s, &self.alpha, u0, u1, v0, v1);
         let height = corners(s, &self.height, u0, u1, v0, v1);
@@ -195,7 +221,7 @@ impl BoxFilter {
         }
     }
 
-    /// The triangles of a block that the plane may cut.
+    /// The triangles of a block that the fan may cut.
     #[inline(always)]
     pub(super) fn cuts<S: Simd>(&self, s: S, block: &TriangleBlock) -> u32 {
         let [u, v, k] = self.axes;
@@ -209,12 +235,26 @@ impl BoxFilter {
         if not_above == 0 || not_below == 0 {
             return 0;
         }
+        // Before which vertices each outer ray passes; a triangle beyond either is not cut.
+        let error = S::W::splat(s, -self.error);
+        let [au, av, ac] = self.alpha;
+        let [hu, hv, hc] = self.height;
+        let alpha = S::W::splat(s, au).mul_add(u, S::W::splat(s, av).mul_add(v, S::W::splat(s, ac)));
+        let height = S::W::splat(s, hu).mul_add(u, S::W::splat(s, hv).mul_add(v, S::W::splat(s, hc)));
+        let [t0, t1] = self.range;
+        let right = error.le(S::W::splat(s, t0).neg_mul_add(height, alpha));
+        let left = error.le(S::W::splat(s, t1).mul_sub(height, alpha));
+        if right == 0 || left == 0 {
+            return 0;
+        }
         let [a, b, c] = &block.corners;
+        let right = s.permute_bits(right, a) | s.permute_bits(right, b) | s.permute_bits(right, c);
+        let left = s.permute_bits(left, a) | s.permute_bits(left, b) | s.permute_bits(left, c);
         let below =
             s.permute_bits(not_above, a) | s.permute_bits(not_above, b) | s.permute_bits(not_above, c);
         let above =
             s.permute_bits(not_below, a) | s.permute_bits(not_below, b) | s.permute_bits(not_below, c);
-        below & above & block.used
+        below & above & left & right & block.used
     }
 }
 

@@ -41,6 +41,13 @@ impl Gaps {
         self.gaps.is_empty()
     }
 
+    /// How much is visible.
+    #[inline(always)]
+    pub(super) fn length(&self) -> f64 {
+        self.gaps.iter().map(|gap| gap[1] - gap[0]).sum()
+    }
+
+    #[inline(always)]
     pub(super) fn as_slice(&self) -> &[[f64; 2]] {
         &self.gaps
     }

@@ -19,6 +19,7 @@
 //! roundings times |p - a| / (|b - a| sin of the angle between them), times the reciprocal sine of the angle between the
 //! plane and the edge that makes the end.
 
+mod blockers;
 mod boxes;
 mod gaps;
 mod listed;

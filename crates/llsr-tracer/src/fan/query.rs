@@ -4,6 +4,7 @@ use glam::DVec3;
 use llsr_scene::SegmentOracle;
 use llsr_visibility::{Bracket, Certificate, Panel, Partition};
 
+use super::blockers::Blockers;
 use super::gaps::{Gaps, Keep};
 use super::plane::FanPlane;
 use super::traverse::{FanThroughPart, FanThroughParts, Limits, Waiting};
@@ -86,10 +87,24 @@ impl FanReport {
 pub struct FanScratch {
     pub(super) gaps: Gaps,
     pub(super) stack: Vec<Waiting>,
+    pub(super) blockers: Blockers,
+    /// Whether queries with a budget may be helped by what earlier ones found.
+    repeatable: bool,
     top: Vec<Waiting>,
 }
 
 impl FanScratch {
+    /// Forgets the queries before, and lets those from here on help each other even where they have a budget.
+    ///
+    /// What hid a light from one point is asked first for the next, so that points should come in an order in which neighbours
+    /// follow each other. Complete answers do not depend on that, but what a budget is enough for does: by calling this the
+    /// caller promises that the sequence of queries from here is the same in every run, on whatever thread.
+    /// Otherwise only queries without a budget are helped.
+    pub fn begin_sequence(&mut self) {
+        self.blockers.clear();
+        self.repeatable = true;
+    }
+
     /// Appends what the finished query left unblocked to `visible`, and says if the answer is not complete.
     pub(super) fn write_visible(&mut self, report: &FanReport, visible: &mut Partition) {
         self.gaps.finish();
@@ -190,10 +205,14 @@ impl Tracer {
             prune: query.prune,
         };
         if let Some(geometry) = self.only_geometry() {
+            let follow = query.prune
+                && FEW_NODES < geometry.tree.nodes.len()
+                && (query.budget == u32::MAX || scratch.repeatable);
             self.level().run(FanThroughPart {
                 geometry,
                 fan,
                 limits,
+                follow,
                 scratch,
                 report,
             });
@@ -225,6 +244,7 @@ impl Tracer {
                     geometry,
                     fan: &local,
                     limits,
+                    follow: false,
                     scratch: &mut *scratch,
                     report,
                 });
@@ -261,6 +281,9 @@ impl Tracer {
         }
     }
 }
+
+/// Trees with so few nodes are traversed faster than anything is remembered.
+const FEW_NODES: usize = 16;
 
 impl SegmentOracle for Tracer {
     type Scratch = FanScratch;

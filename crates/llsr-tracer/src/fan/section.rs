@@ -133,7 +133,14 @@ pub(super) fn block_by_section<S: Simd>(
         let lo = t[0].or_else(order, t[1]);
         let hi = t[1].or_else(order, t[0]);
         let [first, end] = gaps.hull();
-        let seen = lo.lt(S::D::splat(s, end)) & S::D::splat(s, first).lt(hi);
+        let mut seen = lo.lt(S::D::splat(s, end)) & S::D::splat(s, first).lt(hi);
+        if let [_, _, ..] = gaps.as_slice() {
+            let mut inside = 0;
+            for gap in gaps.as_slice() {
+                inside |= lo.lt(S::D::splat(s, gap[1])) & S::D::splat(s, gap[0]).lt(hi);
+            }
+            seen &= inside;
+        }
         let both_ahead = ahead[0] & ahead[1];
         let live = lanes & (seen | !both_ahead);
         if live == 0 {

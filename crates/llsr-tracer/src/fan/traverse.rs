@@ -1,5 +1,6 @@
 //! The traversal of one tree by a fan.
 
+use super::blockers::Blockers;
 use super::boxes::BoxFilter;
 use super::gaps::{Gaps, Keep};
 use super::plane::FanPlane;
@@ -33,6 +34,8 @@ pub(super) struct FanThroughPart<'a> {
     pub(super) geometry: &'a Geometry,
     pub(super) fan: &'a FanPlane,
     pub(super) limits: Limits,
+    /// Whether what hid the light from the last point is asked first.
+    pub(super) follow: bool,
     pub(super) scratch: &'a mut FanScratch,
     pub(super) report: &'a mut FanReport,
 }
@@ -46,11 +49,26 @@ impl Kernel for FanThroughPart<'_> {
             geometry,
             fan,
             limits,
+            follow,
             scratch,
             report,
         } = self;
-        let FanScratch { gaps, stack, .. } = scratch;
-        let leaf = TriangleLeaf { geometry };
+        let FanScratch {
+            gaps,
+            stack,
+            blockers,
+            ..
+        } = scratch;
+        if !follow {
+            let leaf = TriangleLeaf { geometry };
+            walk(s, &geometry.tree, fan, limits, gaps, stack, report, leaf);
+            return;
+        }
+        blockers.begin(fan.a, fan.b, gaps.keep(), gaps.length());
+        let leaf = Following {
+            leaf: TriangleLeaf { geometry },
+            blockers,
+        };
         walk(s, &geometry.tree, fan, limits, gaps, stack, report, leaf);
     }
 }
@@ -87,6 +105,16 @@ impl<V: FnMut(usize, &mut Gaps, &mut FanReport)> Kernel for FanThroughParts<'_, 
 
 /// What happens at the leaves; a trait, because closures are not compiled with the caller's instructions.
 trait Leaf<S: Simd> {
+    /// Blocks what is known beforehand, and says whether that may have hidden anything.
+    fn begin(
+        &mut self,
+        s: S,
+        filter: &BoxFilter,
+        fan: &FanPlane,
+        gaps: &mut Gaps,
+        report: &mut FanReport,
+    ) -> bool;
+
     /// Blocks what the leaf hides, and says whether it may have hidden anything.
     fn block(
         &mut self,
@@ -100,6 +128,10 @@ trait Leaf<S: Simd> {
 
     /// Says that a leaf will be visited soon.
     fn expect(&self, s: S, at: ChildRef);
+
+    /// All is known.
+    #[inline(always)]
+    fn end(&mut self) {}
 }
 
 struct TriangleLeaf<'a> {
@@ -107,6 +139,11 @@ struct TriangleLeaf<'a> {
 }
 
 impl<S: Simd> Leaf<S> for TriangleLeaf<'_> {
+    #[inline(always)]
+    fn begin(&mut self, _: S, _: &BoxFilter, _: &FanPlane, _: &mut Gaps, _: &mut FanReport) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn block(
         &mut self,
@@ -135,11 +172,80 @@ impl<S: Simd> Leaf<S> for TriangleLeaf<'_> {
     }
 }
 
+/// Asks first what hid the light before, and remembers what hides it now.
+struct Following<'a> {
+    leaf: TriangleLeaf<'a>,
+    blockers: &'a mut Blockers,
+}
+
+impl<S: Simd> Leaf<S> for Following<'_> {
+    #[inline(always)]
+    fn begin(
+        &mut self,
+        s: S,
+        filter: &BoxFilter,
+        fan: &FanPlane,
+        gaps: &mut Gaps,
+        report: &mut FanReport,
+    ) -> bool {
+        let mut changed = false;
+        let mut index = 0;
+        while let Some(at) = self.blockers.remembered(index) {
+            index += 1;
+            // It may be of another scene.
+            let geometry = self.leaf.geometry;
+            let exists = if at.is_block() {
+                at.index() < geometry.blocks.len()
+            } else {
+                !at.is_node() && at.index() < geometry.shapes.len()
+            };
+            changed |= exists && self.block(s, at, filter, fan, gaps, report);
+            if gaps.is_empty() {
+                break;
+            }
+        }
+        changed
+    }
+
+    #[inline(always)]
+    fn block(
+        &mut self,
+        s: S,
+        at: ChildRef,
+        filter: &BoxFilter,
+        fan: &FanPlane,
+        gaps: &mut Gaps,
+        report: &mut FanReport,
+    ) -> bool {
+        let before = gaps.length();
+        let changed = self.leaf.block(s, at, filter, fan, gaps, report);
+        if changed {
+            self.blockers.found(at, before - gaps.length());
+        }
+        changed
+    }
+
+    #[inline(always)]
+    fn expect(&self, s: S, at: ChildRef) {
+        self.leaf.expect(s, at);
+    }
+
+    #[inline(always)]
+    fn end(&mut self) {
+        self.blockers.end();
+    }
+}
+
 struct PartLeaf<V> {
     visit: V,
 }
 
 impl<S: Simd, V: FnMut(usize, &mut Gaps, &mut FanReport)> Leaf<S> for PartLeaf<V> {
+    #[inline(always)]
+    fn begin(&mut self, _: S, _: &BoxFilter, _: &FanPlane, _: &mut Gaps, _: &mut FanReport) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn block(
         &mut self,
@@ -182,13 +288,21 @@ fn walk<S: Simd>(
         report.complete &= tree.bounds.is_empty();
         return;
     };
+    if leaf.begin(s, &filter, fan, gaps, report) {
+        if gaps.is_empty() {
+            leaf.end();
+            return;
+        }
+        hull = gaps.hull();
+        filter.narrow(hull);
+    }
     stack.clear();
     stack.reserve(STACK);
     let mut at = ChildRef::default();
-    loop {
+    'all: loop {
         if report.visits() >= limits.budget {
             report.complete = false;
-            return;
+            break;
         }
         if at.is_node() {
             report.nodes += 1;
@@ -240,7 +354,7 @@ fn walk<S: Simd>(
             }
         } else if leaf.block(s, at, &filter, fan, gaps, report) && limits.prune {
             if gaps.is_empty() {
-                return;
+                break;
             }
             let now = gaps.hull();
             if now != hull {
@@ -249,13 +363,14 @@ fn walk<S: Simd>(
             }
         }
         at = loop {
-            let Some(next) = stack.pop() else { return };
+            let Some(next) = stack.pop() else { break 'all };
             if !limits.prune || gaps.meets(f64::from(next.t_min), f64::from(next.t_max)) {
                 break next.at;
             }
             report.pruned_blocked += 1;
         };
     }
+    leaf.end();
 }
 
 /// Asks each of `leaves`, blocks with the triangles in question and shapes, until nothing is visible any more.
