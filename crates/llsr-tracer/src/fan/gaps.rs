@@ -41,10 +41,14 @@ impl Gaps {
         self.gaps.is_empty()
     }
 
-    /// How much is visible.
+    /// How much is visible, if that is in one or two pieces; else nothing.
     #[inline(always)]
     pub(super) fn length(&self) -> f64 {
-        self.gaps.iter().map(|gap| gap[1] - gap[0]).sum()
+        match self.gaps.as_slice() {
+            [gap] => gap[1] - gap[0],
+            [low, high] => (low[1] - low[0]) + (high[1] - high[0]),
+            _ => 0.0,
+        }
     }
 
     #[inline(always)]

@@ -11,6 +11,9 @@ use super::plane::{Crossing, FanPlane, Shadow, WIDEST_BRIDGE, shadow_in_doubt};
 use crate::block::{BLOCK, TriangleBlock};
 use crate::lanes::{Doubles, Simd};
 
+/// Up to so many pieces of what is visible it pays to compare with each before they are cut.
+const FEW_GAPS: usize = 4;
+
 /// What the fan sees of eight vertices.
 #[derive(Clone, Copy)]
 struct Eight<S: Simd> {
@@ -134,7 +137,7 @@ pub(super) fn block_by_section<S: Simd>(
         let hi = t[1].or_else(order, t[0]);
         let [first, end] = gaps.hull();
         let mut seen = lo.lt(S::D::splat(s, end)) & S::D::splat(s, first).lt(hi);
-        if let [_, _, ..] = gaps.as_slice() {
+        if (2..=FEW_GAPS).contains(&gaps.as_slice().len()) {
             let mut inside = 0;
             for gap in gaps.as_slice() {
                 inside |= lo.lt(S::D::splat(s, gap[1])) & S::D::splat(s, gap[0]).lt(hi);
@@ -148,12 +151,23 @@ pub(super) fn block_by_section<S: Simd>(
         }
         // The whole cut lies between p and the light, and is not seen edge-on.
         let sure = live & between & S::D::splat(s, WIDEST_BRIDGE).lt(hi.sub(lo));
-        let (lo, hi) = (lo.store(), hi.store());
+        let (los, his) = (lo.store(), hi.store());
         let mut bits = sure;
         while bits != 0 {
             let lane = (bits.trailing_zeros() & 7) as usize;
             bits &= bits - 1;
-            changed |= gaps.block(lo[lane], hi[lane]);
+            // Neighbours make one interval, which cuts the rest of the light into fewer pieces.
+            let (mut first, mut last) = (los[lane], his[lane]);
+            while bits != 0 {
+                let joined = bits & lo.le(S::D::splat(s, last)) & S::D::splat(s, first).le(hi);
+                if joined == 0 {
+                    break;
+                }
+                let lane = (joined.trailing_zeros() & 7) as usize;
+                bits &= !(1 << lane);
+                (first, last) = (first.min(los[lane]), last.max(his[lane]));
+            }
+            changed |= gaps.block(first, last);
         }
         let mut bits = live & !sure;
         if bits != 0 {
