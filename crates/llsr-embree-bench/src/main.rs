@@ -1,7 +1,8 @@
 //! Compares the tracer's ray queries with Embree's on the same scenes, one thread, in one run.
 //!
 //! ```text
-//! cargo run --release -p llsr-embree-bench [-- [--embree libembree3.so.3] [--scene NAME] [--only QUERY]]
+//! cargo run --release -p llsr-embree-bench [-- [--embree libembree3.so.3] [--scene NAME] [--only QUERY]
+//!     [--instructions portable|avx2|avx512]]
 //! ```
 
 mod embree;
@@ -11,7 +12,7 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 use llsr_scene::{Material, Mesh, Scene};
 use llsr_testkit::tracer::{bumpy_knot, world_triangles};
-use llsr_tracer::Tracer;
+use llsr_tracer::{Instructions, Tracer};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -60,6 +61,16 @@ fn main() {
     };
     let path = option("--embree").unwrap_or("libembree3.so.3");
     let only = option("--only").unwrap_or("");
+    let instructions = match option("--instructions") {
+        Some("portable") => Instructions::Portable,
+        Some("avx2") => Instructions::Avx2,
+        Some("avx512") => Instructions::Avx512,
+        Some(other) => {
+            eprintln!("--instructions {other}: give portable, avx2 or avx512");
+            std::process::exit(2);
+        }
+        None => Instructions::detect(),
+    };
     println!(
         "{:24} {:>9} {:>7} | {:>22} | {:>22} | {:>29}",
         "scene", "triangles", "build", "closest M/s", "shadow M/s", "pencil of 8, M rays/s"
@@ -84,7 +95,7 @@ fn main() {
             Vec3::new(w, y, -w),
         ];
         scene.add_mesh(Mesh::quad("floor", floor, grey));
-        compare(name, path, only, &scene);
+        compare(name, path, only, instructions, &scene);
     }
 }
 
@@ -92,7 +103,7 @@ fn option_number(name: &str) -> Option<usize> {
     std::env::var(name).ok()?.parse().ok()
 }
 
-fn compare(name: &str, path: &str, only: &str, scene: &Scene) {
+fn compare(name: &str, path: &str, only: &str, instructions: Instructions, scene: &Scene) {
     let triangles = world_triangles(scene);
     let vertices: Vec<Vec3> = triangles.iter().flatten().copied().collect();
     let indices: Vec<[u32; 3]> = (0..triangles.len() as u32)
@@ -106,8 +117,9 @@ fn compare(name: &str, path: &str, only: &str, scene: &Scene) {
         }
     };
     let start = Instant::now();
-    let (tracer, _) = Tracer::new(scene);
+    let (mut tracer, _) = Tracer::new(scene);
     let build = start.elapsed().as_secs_f64();
+    tracer.restrict(instructions);
 
     let size = 384;
     let eye = DVec3::new(1.6, 1.1, 1.9);

@@ -1,9 +1,9 @@
 //! Occlusion of several points of a segment from one point, in one traversal.
 //!
-//! Near its root and around the common origin the rays of a pencil meet the same nodes; there all eight boxes of a node
-//! are tested against all rays, one a lane. Each child goes on with the rays that may meet it, and where only one is
-//! left, a node is one test of eight boxes as for a single ray. In a block what does not depend on the ray is
-//! computed once.
+//! Near its root and around the common origin the rays of a pencil meet the same nodes; there each of the eight boxes of a
+//! node is tested against all rays, one a lane. Each child goes on with the rays that may meet it, and where few are
+//! left, a node is one test of eight boxes a ray, as for single rays. In a block what does not depend on the ray
+//! is computed once.
 
 use glam::DVec3;
 
@@ -23,6 +23,9 @@ pub(crate) const RAYS: usize = 8;
 
 /// Fewer rays than this are asked one by one.
 const FEWEST: usize = 3;
+
+/// So many rays are tested against a node one after the other, eight boxes at a time; more at once, box by box.
+const FEW: u32 = 4;
 
 impl Tracer {
     /// Does any surface cut the open segments from `from` to the points of `a`-`b` at parameters `ts`?
@@ -354,6 +357,21 @@ impl<S: Simd> Rays<S> {
         entering
     }
 
+    /// The same for a few rays, one after the other; also the children that any of them may enter.
+    #[inline(always)]
+    fn few_enter(&self, s: S, node: &WideNode, rays: u32) -> (u32, u64) {
+        let (mut left, mut children, mut entering) = (rays, 0, 0);
+        while left != 0 {
+            let ray = Lane::lowest(left);
+            let bit = left & left.wrapping_neg();
+            left ^= bit;
+            let entered = self.enters(s, node, ray);
+            children |= entered;
+            entering |= s.spread(entered) * u64::from(bit);
+        }
+        (children, entering)
+    }
+
     /// The children whose boxes one ray may enter. An unused slot means nothing.
     #[inline(always)]
     fn enters(&self, s: S, node: &WideNode, ray: Lane) -> u32 {
@@ -422,11 +440,10 @@ impl<'a> Walk<'a> {
                     return Some((at, rays));
                 }
                 let node = &self.nodes[at.index()];
-                let each = u64::from(rays) * EACH;
-                let (children, entering) = if rays & (rays - 1) == 0 {
-                    (prepared.enters(s, node, Lane::lowest(rays)), each)
+                let (children, entering) = if rays.count_ones() <= FEW {
+                    prepared.few_enter(s, node, rays)
                 } else {
-                    let entering = prepared.enter(s, node) & each;
+                    let entering = prepared.enter(s, node) & (u64::from(rays) * EACH);
                     (nonzero(entering), entering)
                 };
                 let children = children & node_used(s, node);

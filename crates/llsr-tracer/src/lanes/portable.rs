@@ -137,6 +137,11 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn spread(self, mask: u32) -> u64 {
+        (0..8).fold(0, |bytes, i| bytes | u64::from(mask >> i & 1) << (8 * i))
+    }
+
+    #[inline(always)]
     fn compress_byte_lanes(self, from: u64, mask: u32) -> u64 {
         let (mut mask, mut to, mut place) = (mask & 0xff, 0, 0);
         while mask != 0 {

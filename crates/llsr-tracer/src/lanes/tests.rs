@@ -16,6 +16,7 @@ struct Answers {
     masks: Vec<u32>,
     kept: Vec<ChildRef>,
     bytes: Vec<u8>,
+    spread: u64,
 }
 
 /// All operations of one width.
@@ -66,6 +67,7 @@ impl Kernel for Probe {
         Answers {
             floats,
             masks: [masks, more].concat(),
+            spread: s.spread(self.mask),
             bytes: bytes[..self.mask.count_ones() as usize].to_vec(),
             kept: to[..self.mask.count_ones() as usize].to_vec(),
         }
@@ -126,6 +128,12 @@ fn all_instruction_sets_agree() {
         let expected = Level::new(Instructions::Portable).run(probe());
         let selected: Vec<u8> = (0..8).filter(|i| mask >> i & 1 == 1).map(|i| i + 1).collect();
         assert_eq!(expected.bytes, selected, "bytes selected by {mask:08b}");
+        let places: Vec<u8> = (0..8).map(|i| (mask >> i & 1) as u8).collect();
+        assert_eq!(
+            expected.spread.to_le_bytes(),
+            *places,
+            "bits of {mask:08b} in bytes"
+        );
         for instructions in [Instructions::Avx2, Instructions::Avx512] {
             let got = Level::new(instructions).run(probe());
             assert_eq!(got.masks, expected.masks, "comparisons, {instructions:?}");
@@ -133,6 +141,7 @@ fn all_instruction_sets_agree() {
                 got.kept, expected.kept,
                 "compression by {mask:08b}, {instructions:?}"
             );
+            assert_eq!(got.spread, expected.spread, "bits in bytes, {instructions:?}");
             assert_eq!(
                 got.bytes, expected.bytes,
                 "bytes selected by {mask:08b}, {instructions:?}"

@@ -389,6 +389,12 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn spread(self, mask: u32) -> u64 {
+        // SAFETY: the token proves BMI2.
+        unsafe { _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101) }
+    }
+
+    #[inline(always)]
     fn compress_byte_lanes(self, from: u64, mask: u32) -> u64 {
         // SAFETY: the token proves BMI2.
         unsafe {
@@ -442,6 +448,12 @@ impl Simd for Avx512 {
             );
         }
         to
+    }
+
+    #[inline(always)]
+    fn spread(self, mask: u32) -> u64 {
+        // SAFETY: the token proves BMI2.
+        unsafe { _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101) }
     }
 
     #[inline(always)]
