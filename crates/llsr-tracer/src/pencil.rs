@@ -367,7 +367,7 @@ impl<S: Simd> Rays<S> {
             left ^= bit;
             let entered = self.enters(s, node, ray);
             children |= entered;
-            entering |= s.spread(entered) * u64::from(bit);
+            entering |= s.bits_to_bytes(entered) * u64::from(bit);
         }
         (children, entering)
     }

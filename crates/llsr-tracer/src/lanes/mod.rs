@@ -154,7 +154,7 @@ pub(crate) trait Simd: DoubleLanes {
     fn compress(self, from: &[ChildRef; 8], mask: u32) -> [ChildRef; 8];
 
     /// Byte i is bit i of the low eight bits of `mask`.
-    fn spread(self, mask: u32) -> u64;
+    fn bits_to_bytes(self, mask: u32) -> u64;
 
     /// The bytes selected by the low eight bits of `mask`, moved to the low end; what follows them has no meaning.
     fn compress_byte_lanes(self, from: u64, mask: u32) -> u64;

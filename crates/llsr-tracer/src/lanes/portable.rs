@@ -137,7 +137,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn spread(self, mask: u32) -> u64 {
+    fn bits_to_bytes(self, mask: u32) -> u64 {
         (0..8).fold(0, |bytes, i| bytes | u64::from(mask >> i & 1) << (8 * i))
     }
 

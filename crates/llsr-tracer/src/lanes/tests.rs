@@ -67,7 +67,7 @@ impl Kernel for Probe {
         Answers {
             floats,
             masks: [masks, more].concat(),
-            spread: s.spread(self.mask),
+            spread: s.bits_to_bytes(self.mask),
             bytes: bytes[..self.mask.count_ones() as usize].to_vec(),
             kept: to[..self.mask.count_ones() as usize].to_vec(),
         }

@@ -389,7 +389,7 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn spread(self, mask: u32) -> u64 {
+    fn bits_to_bytes(self, mask: u32) -> u64 {
         // SAFETY: the token proves BMI2.
         unsafe { _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101) }
     }
@@ -451,7 +451,7 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn spread(self, mask: u32) -> u64 {
+    fn bits_to_bytes(self, mask: u32) -> u64 {
         // SAFETY: the token proves BMI2.
         unsafe { _pdep_u64(u64::from(mask & 0xff), 0x0101_0101_0101_0101) }
     }
