@@ -1,5 +1,7 @@
 //! What leaving out the shadow edges of outshone lights does to a picture, measured.
 
+use std::cell::Cell;
+
 use glam::DVec3;
 use llsr_edges::{DroppedEdge, ImportanceReport, ShadowEdges, ShadowScene};
 use llsr_scene::{LightId, Scene};
@@ -10,8 +12,8 @@ use rayon::prelude::*;
 /// Drops the shadow edges of lights that together give less than `threshold` of the light there, judged by three rays to each
 /// stronger light at most.
 ///
-/// See [`ShadowEdges::drop_unimportant`]. Cost: about a hundred nanoseconds for each edge and ten lights, and a microsecond for
-/// each one dropped.
+/// See [`ShadowEdges::drop_unimportant`]. Cost: one ray for each edge, some ten nanoseconds for each light, and a few rays for
+/// those that seem unimportant.
 pub fn drop_outshone(
     scene: &Scene,
     tracer: &Tracer,
@@ -20,15 +22,29 @@ pub fn drop_outshone(
     threshold: f64,
 ) -> ImportanceReport {
     let above = 1e-5 * f64::from(scene.bounds().diagonal());
-    let free = |light: LightId, point: DVec3, normal: DVec3| {
-        scene.lights[light.index()].rough_irradiance(point, normal)
+    // Light falls on smooth meshes as their shading normal says, which may tell a grazing light from a strong one quite
+    // differently than the face's; it is looked up once for each edge.
+    let known = Cell::new((DVec3::NAN, DVec3::NAN));
+    let shading_normal = |point: DVec3, normal: DVec3| {
+        if known.get().0 != point {
+            let hit = tracer.closest(point + normal * above, -normal, 2.0 * above);
+            let shaded = hit.map(|hit| SurfacePoint::new(scene, &hit, -normal).shading_normal);
+            known.set((point, shaded.unwrap_or(normal)));
+        }
+        known.get().1
     };
-    let past = |light: LightId, point: DVec3, normal: DVec3| {
+    let past = |light: LightId, point: DVec3, normal: DVec3, visible: &dyn Fn(DVec3) -> bool| {
+        let shaded = shading_normal(point, normal);
+        scene.lights[light.index()].rough_irradiance_past(point, shaded, |place| {
+            normal.dot(place - point) > 0.0 && visible(place)
+        })
+    };
+    let free = |light: LightId, point: DVec3, normal: DVec3| past(light, point, normal, &|_| true);
+    let received = |light: LightId, point: DVec3, normal: DVec3| {
         let from = point + normal * above;
-        scene.lights[light.index()]
-            .rough_irradiance_past(point, normal, |place| !tracer.occluded(from, place))
+        past(light, point, normal, &|place| !tracer.occluded(from, place))
     };
-    shadows.drop_unimportant(prepared, threshold, free, past)
+    shadows.drop_unimportant(prepared, threshold, free, received)
 }
 
 /// How strong the shadows are whose edges were left out, where those lay.
