@@ -226,6 +226,17 @@ pub struct SceneChange {
     pub moves: Vec<SceneMove>,
 }
 
+impl SceneChange {
+    /// Puts the lights that moved where they stand now.
+    pub(crate) fn update_lights(&self, lights: &mut PreparedLights) {
+        for moved in &self.moves {
+            if let MovedThing::Light(id) = moved.what {
+                lights.set(id, &self.world.lights[id.index()]);
+            }
+        }
+    }
+}
+
 /// A box around a light (m, recentred frame).
 fn light_bounds(light: &Light) -> Bounds {
     let (a, b) = light.ends();
@@ -263,11 +274,7 @@ pub(crate) struct Stage {
 impl Stage {
     pub(crate) fn moved(&self, change: &SceneChange) -> Self {
         let mut lights = self.lights.clone();
-        for moved in &change.moves {
-            if let MovedThing::Light(id) = moved.what {
-                lights.set(id, &change.world.lights[id.index()]);
-            }
-        }
+        change.update_lights(&mut lights);
         Self {
             world: Arc::clone(&change.world),
             lights,

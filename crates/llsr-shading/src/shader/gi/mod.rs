@@ -44,7 +44,7 @@ use changes::Changes;
 use gather::{Gathered, gather};
 pub(crate) use gather::{Sample, frame, unit};
 use lattice::{LEVELS, Lattice, LineKey, PlaceKey};
-use path::Paths;
+use path::{Beacon, Paths};
 use record::Record;
 
 /// How global illumination is computed.
@@ -100,10 +100,10 @@ pub struct GiCounts {
 pub struct GiShader {
     stage: RwLock<Arc<GiStage>>,
     settings: GiSettings,
-    /// Direct light at visible points and where gathering rays arrive.
+    /// Direct light at visible points.
     direct: Settings,
-    /// Direct light farther along a path: one sample of each light.
-    later: Settings,
+    /// Direct light where gathering rays arrive: the many rays average what a single sample of each light leaves open.
+    gathering: Settings,
     lattice: Lattice,
     lines: Memory<LineKey, Line>,
     records: Memory<PlaceKey, Record>,
@@ -115,6 +115,8 @@ pub struct GiShader {
 #[derive(Debug)]
 struct GiStage {
     stage: Stage,
+    gathering_lights: PreparedLights,
+    beacons: Vec<Beacon>,
     changes: Changes,
 }
 
@@ -138,25 +140,29 @@ impl GiShader {
             ..*settings
         };
         let direct = Settings::default();
-        let later = Settings {
+        let gathering = Settings {
             method: Method::Stratified,
             samples: 1,
             light_lines: 1,
             ..Settings::default()
         };
         let diagonal = f64::from(world.bounds().diagonal()).max(f64::MIN_POSITIVE);
-        let lights = PreparedLights::new(world.lights(), &world.scene().materials, &direct);
+        let prepare = |settings| PreparedLights::new(world.lights(), &world.scene().materials, settings);
+        let beacons = world.lights().iter().map(Beacon::new).collect();
+        let (lights, gathering_lights) = (prepare(&direct), prepare(&gathering));
         Self {
             lattice: Lattice::new(world.bounds(), settings.spacing * diagonal, settings.seed),
             lines: Memory::new(settings.limit.saturating_mul(2)),
             records: Memory::new(settings.limit),
             stage: RwLock::new(Arc::new(GiStage {
                 stage: Stage { world, lights },
+                gathering_lights,
+                beacons,
                 changes: Changes::default(),
             })),
             settings,
             direct,
-            later,
+            gathering,
             made: AtomicU64::new(0),
             alone: AtomicU64::new(0),
             far: 2.0 * diagonal,
@@ -404,19 +410,17 @@ impl Shader for GiShader {
     ) -> Result<(), ShaderError> {
         let stage = self.current();
         let world = &*stage.stage.world;
-        let lights = &stage.stage.lights;
-        let light = |settings| DirectLight::prepared(lights, world.tracer(), settings);
         let batch = Batch {
             shader: self,
             stage: &stage,
             paths: Paths {
                 world,
-                first: light(&self.direct),
-                later: light(&self.later),
+                direct: DirectLight::prepared(&stage.gathering_lights, world.tracer(), &self.gathering),
+                beacons: &stage.beacons,
                 bounces: self.settings.bounces,
             },
         };
-        let direct = light(&self.direct);
+        let direct = DirectLight::prepared(&stage.stage.lights, world.tracer(), &self.direct);
         for request in requests {
             let direction = unit_direction(request)?;
             let Some(surface) = world.look(request.origin, direction) else {
@@ -442,8 +446,12 @@ impl Shader for GiShader {
         let mut current = self.stage.write().unwrap_or_else(PoisonError::into_inner);
         let mut changes = current.changes.clone();
         changes.extend(&change.moves);
+        let mut gathering_lights = current.gathering_lights.clone();
+        change.update_lights(&mut gathering_lights);
         *current = Arc::new(GiStage {
             stage: current.stage.moved(change),
+            gathering_lights,
+            beacons: change.world.lights().iter().map(Beacon::new).collect(),
             changes,
         });
     }

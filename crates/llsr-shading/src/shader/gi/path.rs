@@ -3,23 +3,50 @@
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
+use llsr_scene::{Light, LightId};
 use rand_pcg::Pcg64Mcg;
 
 use crate::shader::gi::gather::{cosine_direction, frame, unit};
-use crate::shader::look::direct_only;
+use crate::shader::look::{direct_only, pixel_of};
 use crate::shader::{ShaderScratch, World};
-use crate::{DirectLight, SurfacePoint};
+use crate::{DirectLight, LightState, SurfacePoint};
 
 /// A path that carries less than this share of its light goes on by chance.
 const ROULETTE: f64 = 0.3;
 
+/// A light from afar.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beacon {
+    middle: DVec3,
+    /// Square of half its extent (m2).
+    extent: f64,
+    flux: f64,
+    colour: DVec3,
+}
+
+impl Beacon {
+    pub(crate) fn new(light: &Light) -> Self {
+        let (a, b) = light.ends();
+        Self {
+            middle: 0.5 * (a + b),
+            extent: 0.25 * a.distance_squared(b) + f64::MIN_POSITIVE,
+            flux: light.flux().max(0.0),
+            colour: light.color().as_dvec3(),
+        }
+    }
+
+    /// About how much it may give at a point.
+    fn weight(&self, point: DVec3) -> f64 {
+        self.flux / (self.extent + point.distance_squared(self.middle))
+    }
+}
+
 /// What paths are traced with.
 pub(crate) struct Paths<'a> {
     pub(crate) world: &'a World,
-    /// Direct light where a path first meets a surface.
-    pub(crate) first: DirectLight<'a>,
-    /// Direct light farther on.
-    pub(crate) later: DirectLight<'a>,
+    /// Direct light where a path meets a surface.
+    pub(crate) direct: DirectLight<'a>,
+    pub(crate) beacons: &'a [Beacon],
     /// Surfaces that a path may meet, at least 1.
     pub(crate) bounces: u32,
 }
@@ -42,17 +69,15 @@ impl Paths<'_> {
             let Some(surface) = self.world.look(origin, direction) else {
                 break;
             };
-            let direct = if bounce == 0 {
+            if bounce == 0 {
                 distance = surface.distance;
-                &self.first
-            } else {
-                &self.later
-            };
+            }
             let seed = rand_core::Rng::next_u64(random);
-            let mut irradiance = DVec3::ZERO;
-            direct_only(self.world, direct, &surface, seed, scratch, |colour, answer| {
-                irradiance += colour * answer.irradiance;
-            });
+            let irradiance = if bounce == 0 {
+                self.by_all_lights(&surface, seed, scratch)
+            } else {
+                self.by_one_light(&surface, seed, random, scratch)
+            };
             let albedo = surface.albedo.as_dvec3();
             sum += share * (surface.emission.as_dvec3() + albedo * irradiance * FRAC_1_PI);
             share *= albedo;
@@ -73,6 +98,60 @@ impl Paths<'_> {
             origin = surface.origin;
         }
         (sum, distance)
+    }
+
+    fn by_all_lights(&self, surface: &SurfacePoint, seed: u64, scratch: &mut ShaderScratch) -> DVec3 {
+        let mut irradiance = DVec3::ZERO;
+        direct_only(
+            self.world,
+            &self.direct,
+            surface,
+            seed,
+            scratch,
+            |colour, answer| {
+                irradiance += colour * answer.irradiance;
+            },
+        );
+        irradiance
+    }
+
+    /// The same on average, from one light, picked by what it may give.
+    fn by_one_light(
+        &self,
+        surface: &SurfacePoint,
+        seed: u64,
+        random: &mut Pcg64Mcg,
+        scratch: &mut ShaderScratch,
+    ) -> DVec3 {
+        let all: f64 = self
+            .beacons
+            .iter()
+            .map(|beacon| beacon.weight(surface.position))
+            .sum();
+        let mut left = all * unit(random);
+        for (index, beacon) in self.beacons.iter().enumerate() {
+            let weight = beacon.weight(surface.position);
+            left -= weight;
+            if left >= 0.0 || weight <= 0.0 {
+                continue;
+            }
+            let ShaderScratch {
+                direct,
+                states,
+                statistics,
+                ..
+            } = scratch;
+            if states.is_empty() {
+                states.resize(1, LightState::default());
+            }
+            let id = LightId::from(index);
+            let at = pixel_of(seed);
+            let answer = self
+                .direct
+                .shade_point_by(surface, id, at, &mut states[0], direct, statistics);
+            return beacon.colour * (answer.irradiance * all / weight);
+        }
+        DVec3::ZERO
     }
 
     /// A hemisphere's directions that a surface can get light from at all.
