@@ -155,6 +155,7 @@ impl EdgePointImage {
             reach,
             kernel,
             picture,
+            blind: false,
             rows,
             patches,
         })
@@ -353,11 +354,18 @@ pub struct FillBand<'a> {
     reach: &'a Planes<REACH_PLANES>,
     kernel: &'a Kernel,
     picture: &'a Picture,
+    blind: bool,
     rows: std::ops::Range<usize>,
     patches: &'a mut Patches,
 }
 
 impl FillBand<'_> {
+    /// Makes the pass one over edges, too: see [`EdgePointImage::fill_blindly`].
+    #[must_use]
+    pub fn blind(self) -> Self {
+        Self { blind: true, ..self }
+    }
+
     /// Does this part of the work.
     pub fn run(self) {
         fill::fill(
@@ -365,6 +373,7 @@ impl FillBand<'_> {
             self.reach,
             self.kernel,
             self.picture,
+            self.blind,
             self.rows,
             self.patches,
         );

@@ -11,12 +11,13 @@ use crate::planes::{Planes, outside_of_last_word};
 use crate::reach::{self, REACH_PLANES};
 
 /// One pass over some rows: every pixel without a colour takes the filtered colours of the neighbours that it
-/// reaches and that have one.
+/// reaches and that have one; with `blind`, of all that have one.
 pub(crate) fn fill(
     classes: &Planes<CLASS_PLANES>,
     reach: &Planes<REACH_PLANES>,
     kernel: &Kernel,
     picture: &Picture,
+    blind: bool,
     rows: std::ops::Range<usize>,
     patches: &mut Patches,
 ) {
@@ -30,8 +31,8 @@ pub(crate) fn fill(
             while holes != 0 {
                 let x = (word - 1) * 64 + holes.trailing_zeros() as usize;
                 holes &= holes - 1;
-                let complex = classes.row(y as isize).bit(COMPLEX, x as isize);
-                let mask = if complex {
+                let free = blind || classes.row(y as isize).bit(COMPLEX, x as isize);
+                let mask = if free {
                     (1 << 24) - 1
                 } else {
                     reach::mask(reach, x, y)

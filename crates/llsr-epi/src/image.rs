@@ -268,6 +268,22 @@ impl EdgePointImage {
         filled
     }
 
+    /// Gives pixels that are still without a colour that of the pixels around, whatever edges lie between, until all have one. Returns
+    /// the number of pixels filled; without any sample nothing happens.
+    ///
+    /// For pictures that get no further samples: regions cut off by edges with no sample in them then blur into what is around them
+    /// instead of showing [`Settings::fallback`]. Call it after [`fill`](Self::fill). Priorities stay.
+    pub fn fill_blindly(&mut self, picture: &mut Picture) -> usize {
+        let mut filled = 0;
+        loop {
+            self.fill_bands(picture, 1).for_each(|band| band.blind().run());
+            match self.apply(picture) {
+                0 => return filled,
+                count => filled += count,
+            }
+        }
+    }
+
     /// Blends the two sides of the edge in each simple pixel. The last pass: the others want unblended colours.
     pub fn antialias(&mut self, picture: &mut Picture) {
         self.antialias_bands(picture, 1).for_each(|band| band.run());

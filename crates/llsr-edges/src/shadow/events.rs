@@ -51,6 +51,9 @@ pub(super) struct Event {
     pub(super) own: [u32; 2],
 }
 
+/// Where on a line, between its ends, an event begins that contains it.
+const ALONG: [f64; 3] = [0.25, 0.5, 0.75];
+
 /// Working memory of the search for events.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EventScratch {
@@ -113,6 +116,20 @@ pub(super) fn find_events(
             },
         );
         sort_by_direction(&mut events[start..]);
+        // All of a line in one plane with an edge throws the same shadow, and parts of it farther than its ends.
+        if index == 0 && light.sides() == 1 {
+            let [from, to] = light.side(0);
+            let end = events.len();
+            for t in ALONG {
+                for i in start..end {
+                    let Event { kinds, points, .. } = events[i];
+                    if kinds == Kinds::BOTH {
+                        let points = [from + (to - from) * t, points[1], points[2]];
+                        events.push(Event { points, ..events[i] });
+                    }
+                }
+            }
+        }
     }
     if light.sides() == 0 {
         return;

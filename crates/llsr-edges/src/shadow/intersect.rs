@@ -234,7 +234,7 @@ fn each_event(
     mut then: impl FnMut(&Event, &[Piece], &mut SweepScratch),
 ) {
     let corner = |event: &Event| match event.source {
-        ShadowSource::Edge { corner, .. } => Some(corner),
+        ShadowSource::Edge { .. } => Some(event.points[0]),
         ShadowSource::Vertex { .. } | ShadowSource::Gap { .. } => None,
     };
     for group in events.chunk_by(|a, b| corner(a) == corner(b)) {

@@ -72,22 +72,28 @@ pub fn narrow_shadow_edges(
 
 /// Does the camera look at the side of the receiver on which the light falls?
 fn faces(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge, camera: &Camera) -> Option<bool> {
-    let receiver = edge.triple.receiver;
-    let mesh = prepared.object(receiver)?.mesh().edges();
-    let transform = &scene.objects.get(receiver.index())?.transform;
-    let corners = mesh.corners(edge.face);
-    let [a, b, c] = corners.map(|p| transform.transform_point3(p.as_vec3()).as_dvec3());
-    let normal = (b - a).cross(c - a);
+    let normal = normal(scene, prepared, edge)?;
+    let at = middle(edge);
     let lights = prepared.light(edge.triple.light)?.corners();
     let to_viewer = match camera.projection {
-        Projection::Perspective(_) => camera.position - a,
+        Projection::Perspective(_) => camera.position - at,
         Projection::Orthographic { .. } => -camera.forward(),
     };
     Some(
         lights
             .iter()
-            .any(|light| normal.dot(*light - a) * normal.dot(to_viewer) > 0.0),
+            .any(|light| normal.dot(*light - at) * normal.dot(to_viewer) > 0.0),
     )
+}
+
+/// A normal of the receiver's face, of any length.
+fn normal(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge) -> Option<DVec3> {
+    let receiver = edge.triple.receiver;
+    let mesh = prepared.object(receiver)?.mesh().edges();
+    let transform = &scene.objects.get(receiver.index())?.transform;
+    let corners = mesh.corners(edge.face);
+    let [a, b, c] = corners.map(|p| transform.transform_point3(p.as_vec3()).as_dvec3());
+    Some((b - a).cross(c - a))
 }
 
 fn middle(edge: &ShadowEdge) -> DVec3 {
@@ -95,7 +101,10 @@ fn middle(edge: &ShadowEdge) -> DVec3 {
     0.5 * (a + b)
 }
 
-/// At most so wide (m) is the penumbra at an edge: the light seen through a hole in the blocker. `None` if what casts it is not known.
+/// About so wide (m) is the penumbra at an edge, across it on its receiver. `None` if what casts it is not known.
+///
+/// Where an edge of the blocker casts it, that is how far apart the ends of the light throw the shadow of that edge, which is nothing
+/// for a light along it, however long; but at most the light seen through a hole in the blocker, as for a corner's.
 fn width(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge) -> Option<f64> {
     let at = middle(edge);
     let blocker = edge.triple.blocker;
@@ -113,7 +122,21 @@ fn width(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge) -> Option<f64
     let corners = prepared.light(edge.triple.light)?.corners();
     let extent = corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f64::max);
     let far = corners.iter().map(|c| c.distance(at)).fold(f64::MAX, f64::min);
-    Some(extent * near / (far - near).max(1e-6 * far))
+    let most = extent * near / (far - near).max(1e-6 * far);
+    if matches!(edge.source, ShadowSource::Vertex { .. }) {
+        return Some(most);
+    }
+    let [from, to] = edge.segment.map(|p| p.as_dvec3());
+    let across = normal(scene, prepared, edge)?
+        .cross(to - from)
+        .normalize_or_zero();
+    let apart = corners.iter().map(|&corner| {
+        // Where the plane through this end of the light and the blocker's edge meets the line across the shadow's.
+        let plane = (a - corner).cross(along);
+        (plane.dot(a - at) / plane.dot(across)).abs()
+    });
+    let widest = apart.fold(0.0, |widest: f64, x| if x <= widest { widest } else { x });
+    Some(if widest < most { widest } else { most })
 }
 
 /// The size of a pixel (m) at a point; `None` outside the picture.

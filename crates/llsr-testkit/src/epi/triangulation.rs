@@ -1,6 +1,8 @@
 //! Interpolation over a constrained Delaunay triangulation of samples and edges, as Pighin, Lischinski and Salesin (1997) preview
 //! pictures: what the edge-and-point image is compared with.
 
+use std::collections::HashMap;
+
 use glam::Vec2;
 use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, PositionInTriangulation, Triangulation};
@@ -32,43 +34,61 @@ const MOST_TRIANGLES: usize = 200;
 #[derive(Debug)]
 pub struct Triangulated {
     mesh: ConstrainedDelaunayTriangulation<Corner>,
+    refused: usize,
 }
 
 impl Triangulated {
-    /// Triangulates samples and visible edges, given as segments in pixels, best as short pieces: one that crosses an earlier one is
-    /// left out, as is what spade refuses (coordinates that are not finite).
+    /// Triangulates samples and visible edges, given as segments in pixels, best as short pieces.
+    ///
+    /// Edges are cut where they cross each other. All corners lie on a grid of 1/1024 pixel, to which crossings are rounded; a
+    /// part that still crosses an earlier one is left out and counted, as is what is not finite or larger than 2^20 pixels.
     pub fn new(samples: &[ScreenSample], edges: &[[Vec2; 2]]) -> Self {
-        // On a grid, so that nearly equal corners become one.
-        let grid = |v: f32| (f64::from(v) * 1024.0).round() / 1024.0;
-        let corner = |x: f32, y: f32, colour| Corner {
-            position: Point2::new(grid(x), grid(y)),
-            colour,
-        };
+        let corner = |p: Point2<f64>, colour| Corner { position: p, colour };
         let corners = samples
             .iter()
-            .map(|sample| corner(sample.position[0], sample.position[1], Some(sample.colour)))
+            .filter(|sample| fits(sample.position[0], sample.position[1]))
+            .map(|sample| {
+                corner(
+                    on_grid(sample.position[0], sample.position[1]),
+                    Some(sample.colour),
+                )
+            })
             .collect();
         let mut mesh = ConstrainedDelaunayTriangulation::bulk_load(corners).unwrap_or_default();
-        let insert =
-            |mesh: &mut ConstrainedDelaunayTriangulation<Corner>, p: Vec2| -> Option<FixedVertexHandle> {
-                let new = corner(p.x, p.y, None);
-                // A new corner would take the colour of a sample in its place away.
-                match mesh.locate(new.position) {
-                    PositionInTriangulation::OnVertex(vertex) => Some(vertex),
-                    _ => mesh.insert(new).ok(),
-                }
-            };
-        for &[a, b] in edges {
+        let insert = |mesh: &mut ConstrainedDelaunayTriangulation<Corner>,
+                      p: Point2<f64>|
+         -> Option<FixedVertexHandle> {
+            // A new corner would take the colour of a sample in its place away.
+            match mesh.locate(p) {
+                PositionInTriangulation::OnVertex(vertex) => Some(vertex),
+                _ => mesh.insert(corner(p, None)).ok(),
+            }
+        };
+        let mut refused = edges.len();
+        let edges: Vec<[Point2<f64>; 2]> = edges
+            .iter()
+            .filter(|edge| edge.iter().all(|p| fits(p.x, p.y)))
+            .map(|edge| edge.map(|p| on_grid(p.x, p.y)))
+            .collect();
+        refused -= edges.len();
+        for [a, b] in cut_at_crossings(&edges) {
             let (Some(from), Some(to)) = (insert(&mut mesh, a), insert(&mut mesh, b)) else {
+                refused += 1;
                 continue;
             };
-            if from != to {
-                // Splitting where edges cross would be right, but spade panics on some nearly parallel ones: of two that
-                // cross the later piece is left out.
-                mesh.try_add_constraint(from, to);
+            // Never the way that splits: it computes crossings itself, not exactly, and panics on nearly parallel edges.
+            if from != to && !mesh.can_add_constraint(from, to) {
+                refused += 1;
+            } else if from != to {
+                mesh.add_constraint(from, to);
             }
         }
-        Self { mesh }
+        Self { mesh, refused }
+    }
+
+    /// Number of parts of edges that were left out.
+    pub fn refused(&self) -> usize {
+        self.refused
     }
 
     /// Number of triangles.
@@ -157,6 +177,84 @@ impl Triangulated {
     }
 }
 
+/// Are these coordinates finite, and small enough to stay exact on the grid?
+fn fits(x: f32, y: f32) -> bool {
+    x.abs() < LARGEST && y.abs() < LARGEST
+}
+
+/// The nearest point of the grid, so that nearly equal corners become one.
+fn on_grid(x: f32, y: f32) -> Point2<f64> {
+    let grid = |v: f32| (f64::from(v) * GRID).round() / GRID;
+    Point2::new(grid(x), grid(y))
+}
+
+/// Grid points a pixel.
+const GRID: f64 = 1024.0;
+/// Coordinates (pixels) beyond this are refused.
+const LARGEST: f32 = (1u32 << 20) as f32;
+/// Cells (pixels) in which edges are looked for that may cross.
+const CELL: f64 = 8.0;
+
+/// The edges, cut where they cross or touch each other; cuts are rounded to the grid.
+fn cut_at_crossings(edges: &[[Point2<f64>; 2]]) -> Vec<[Point2<f64>; 2]> {
+    let mut cells: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
+    let cell = |v: f64| (v / CELL).floor() as i64;
+    let cells_of = |[a, b]: [Point2<f64>; 2]| {
+        let (left, right) = (cell(a.x.min(b.x)), cell(a.x.max(b.x)));
+        let (top, bottom) = (cell(a.y.min(b.y)), cell(a.y.max(b.y)));
+        (left..=right).flat_map(move |x| (top..=bottom).map(move |y| (x, y)))
+    };
+    let mut out = Vec::with_capacity(edges.len());
+    for (i, &edge) in edges.iter().enumerate() {
+        cells_of(edge).for_each(|cell| cells.entry(cell).or_default().push(i));
+    }
+    let (mut others, mut cuts) = (Vec::new(), Vec::new());
+    for (i, &edge) in edges.iter().enumerate() {
+        let [a, b] = edge;
+        others.clear();
+        others.extend(
+            cells_of(edge)
+                .filter_map(|cell| cells.get(&cell))
+                .flatten()
+                .copied(),
+        );
+        others.sort_unstable();
+        others.dedup();
+        cuts.clear();
+        for &j in others.iter().filter(|&&j| j != i) {
+            cuts.extend(crossing(edge, edges[j]));
+        }
+        let along = |p: &Point2<f64>| (p.x - a.x) * (b.x - a.x) + (p.y - a.y) * (b.y - a.y);
+        cuts.sort_by(|p, q| along(p).total_cmp(&along(q)));
+        let mut from = a;
+        for &to in cuts.iter().chain([&b]) {
+            if to != from {
+                out.push([from, to]);
+            }
+            from = to;
+        }
+    }
+    out
+}
+
+/// Where the first edge is to be cut because of the second: inside it.
+fn crossing([a, b]: [Point2<f64>; 2], [c, d]: [Point2<f64>; 2]) -> Option<Point2<f64>> {
+    // The same for both, whichever is asked first, so that both get the same cut.
+    let ([a, b], [c, d]) = if (a.x, a.y, b.x, b.y) < (c.x, c.y, d.x, d.y) {
+        ([a, b], [c, d])
+    } else {
+        ([c, d], [a, b])
+    };
+    let (u, v) = ((b.x - a.x, b.y - a.y), (d.x - c.x, d.y - c.y));
+    let area = u.0 * v.1 - u.1 * v.0;
+    let w = (c.x - a.x, c.y - a.y);
+    let (s, t) = ((w.0 * v.1 - w.1 * v.0) / area, (w.0 * u.1 - w.1 * u.0) / area);
+    // Parallel ones give infinities or no numbers.
+    let inside = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t);
+    let grid = |v: f64| (v * GRID).round() / GRID;
+    inside.then(|| Point2::new(grid(a.x + s * u.0), grid(a.y + s * u.1)))
+}
+
 fn mix(found: &mut [(FixedVertexHandle, Corner)], p: Point2<f64>) -> Option<[f32; 3]> {
     let square = |corner: &Corner| {
         let (dx, dy) = (corner.position.x - p.x, corner.position.y - p.y);
@@ -177,6 +275,51 @@ fn mix(found: &mut [(FixedVertexHandle, Corner)], p: Point2<f64>) -> Option<[f32
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn edges_that_cross_overlap_and_nearly_touch_are_taken_without_a_panic() {
+        let mut state = 5u64;
+        let mut next = |most: f32| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 40) as f32 / (1u64 << 24) as f32 * most
+        };
+        let samples: Vec<ScreenSample> = (0..300)
+            .map(|_| ScreenSample {
+                position: [next(30.0), next(30.0)],
+                colour: [1.0; 3],
+            })
+            .collect();
+        let mut edges = Vec::new();
+        for i in 0..600 {
+            let (x, y) = (next(30.0), next(30.0));
+            // All through one point, nearly parallel, the same twice, of no length, anywhere.
+            let [a, b] = match i % 5 {
+                0 => [Vec2::new(x, y), Vec2::new(30.0 - x, 30.0 - y)],
+                1 => [Vec2::new(0.0, 10.0), Vec2::new(30.0, 10.0 + 0.01 * next(1.0))],
+                2 => [Vec2::new(3.0, 1.0 + 0.01 * y), Vec2::new(4.0, 27.0)],
+                3 => [Vec2::new(x, y), Vec2::new(x, y)],
+                _ => [Vec2::new(x, y), Vec2::new(next(30.0), next(30.0))],
+            };
+            edges.push([a, b]);
+        }
+        edges.push([Vec2::NAN, Vec2::ONE]);
+        edges.push([Vec2::splat(1e9), Vec2::ONE]);
+        let mesh = Triangulated::new(&samples, &edges);
+        assert!(mesh.refused() >= 2, "what is not finite or huge is refused");
+        let parts = cut_at_crossings(
+            &edges[..600]
+                .iter()
+                .map(|e| e.map(|p| on_grid(p.x, p.y)))
+                .collect::<Vec<_>>(),
+        );
+        assert!(
+            mesh.refused() - 2 < parts.len() / 10,
+            "{} of {} parts refused",
+            mesh.refused(),
+            parts.len()
+        );
+        assert_eq!(mesh.picture(30, 30).len(), 900, "a colour or none for each pixel");
+    }
 
     #[test]
     fn samples_stay_on_their_side_of_an_edge() {
