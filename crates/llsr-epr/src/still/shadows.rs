@@ -57,8 +57,10 @@ pub fn narrow_shadow_edges(
     };
     let narrow = |edge: &&ShadowEdge| {
         edge.kind == ShadowKind::Hard
-            || width(scene, &prepared, edge).is_none_or(|width| {
-                pixel(camera, viewport, middle(edge)).is_some_and(|pixel| width < NARROW * pixel)
+            || places(edge).any(|at| {
+                pixel(camera, viewport, at).is_some_and(|pixel| {
+                    width(scene, &prepared, edge, at).is_none_or(|width| width < NARROW * pixel)
+                })
             })
     };
     let seen = |edge: &&ShadowEdge| faces(scene, &prepared, edge, camera).unwrap_or(true);
@@ -101,12 +103,18 @@ fn middle(edge: &ShadowEdge) -> DVec3 {
     0.5 * (a + b)
 }
 
-/// About so wide (m) is the penumbra at an edge, across it on its receiver. `None` if what casts it is not known.
+/// Places along an edge, from its middle on: part of a long one may lie outside the picture.
+fn places(edge: &ShadowEdge) -> impl Iterator<Item = DVec3> {
+    let [a, b] = edge.segment.map(|p| p.as_dvec3());
+    let at = [0.5, 0.25, 0.75, 0.1, 0.9, 0.4, 0.6, 0.0, 1.0];
+    at.into_iter().map(move |t| a + (b - a) * t)
+}
+
+/// About so wide (m) is the penumbra at a place of an edge, across it on its receiver. `None` if what casts it is not known.
 ///
 /// Where an edge of the blocker casts it, that is how far apart the ends of the light throw the shadow of that edge, which is nothing
 /// for a light along it, however long; but at most the light seen through a hole in the blocker, as for a corner's.
-fn width(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge) -> Option<f64> {
-    let at = middle(edge);
+fn width(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge, at: DVec3) -> Option<f64> {
     let blocker = edge.triple.blocker;
     let mesh = prepared.object(blocker)?.mesh().edges();
     let transform = &scene.objects.get(blocker.index())?.transform;
@@ -154,4 +162,41 @@ fn pixel(camera: &Camera, viewport: Viewport, point: DVec3) -> Option<f64> {
         origin + direction * (point - origin).length()
     };
     Some(beside(-0.5).distance(beside(0.5)))
+}
+
+#[cfg(test)]
+mod tests {
+    use llsr_edges::SceneEdgeOptions;
+    use llsr_scene::{LightId, ObjectId, demo};
+
+    use super::*;
+
+    #[test]
+    fn the_shadow_of_a_ledge_along_a_tube_is_narrow_and_reaches_into_a_recess() {
+        let scene = demo::build("subway").expect("a built-in scene");
+        let edges = SceneEdges::new(&scene, &SceneEdgeOptions::with_crease_degrees(30.0));
+        // The shell hides the far tube from itself: its ledge throws a shadow on the door behind the wall, where only the tube's
+        // middle comes in.
+        let triple = Triple {
+            light: LightId(0),
+            blocker: ObjectId(1),
+            receiver: ObjectId(1),
+        };
+        let viewport = Viewport {
+            width: 512,
+            height: 512,
+        };
+        let camera = &scene.cameras[0];
+        let found = narrow_shadow_edges(&scene, &edges, vec![triple], camera, viewport);
+        // From the tube (y 2.3, z -0.95) past the ledge's edge (y 2.12, z -1.38) to the door's plane at z = -1.72.
+        let height = 2.12 - 0.34 * 0.18 / 0.43;
+        for i in 0..12 {
+            let x = 1.0 + 0.1 * i as f32;
+            let covers = |[a, b]: &[Vec3; 2]| {
+                let on = |p: &Vec3| (p.z + 1.72).abs() < 1e-4 && (p.y - height).abs() < 1e-3;
+                on(a) && on(b) && a.x.min(b.x) <= x && x <= a.x.max(b.x)
+            };
+            assert!(found.iter().any(covers), "no shadow edge on the door at x = {x}");
+        }
+    }
 }
