@@ -150,7 +150,8 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_enum, value_name = "HOW", conflicts_with_all = ["spp", "refine"])]
     pub(crate) reconstruct: Option<Reconstruct>,
     /// With --reconstruct: shaded pixels as a share of all
-    #[arg(long, value_name = "D", default_value_t = 0.05, value_parser = density, requires = "reconstruct")]
+    #[arg(long, value_name = "D", default_value_t = 0.05, value_parser = density, allow_hyphen_values = true,
+        requires = "reconstruct")]
     pub(crate) density: f64,
     /// With --reconstruct: rounds in which these are chosen
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=64),

@@ -284,3 +284,43 @@ fn edges_are_hidden_where_they_lie_behind_all_samples_around() {
     }
     assert!(hidden > 500 && seen > 500, "{hidden} hidden, {seen} seen");
 }
+
+#[test]
+fn blind_filling_leaves_no_pixel_without_a_colour_and_touches_no_other() {
+    let mut filled = 0;
+    for (seed, (width, height)) in (0..24).zip(SIZES.into_iter().cycle()) {
+        let (mut image, list) = scene(width, height, seed);
+        image.rasterize(&list, None);
+        image.classify();
+        image.reach();
+        let mut picture = Picture::new(width, height);
+        image.interpolate(&mut picture);
+        image.fill(&mut picture, 2);
+        let before = picture.clone();
+        let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let holes = pixels().filter(|&(x, y)| !before.is_coloured(x, y)).count();
+        let count = image.fill_blindly(&mut picture);
+        let sampled = holes < pixels().count();
+        assert_eq!(
+            count,
+            if sampled { holes } else { 0 },
+            "holes filled, seed {seed}"
+        );
+        let colours: Vec<Vec3> = pixels()
+            .filter(|&(x, y)| before.is_coloured(x, y))
+            .map(|(x, y)| before.pixel(x, y))
+            .collect();
+        let most = colours.iter().fold(Vec3::ZERO, |most, &c| most.max(c));
+        for (x, y) in pixels() {
+            if before.is_coloured(x, y) {
+                assert_eq!(picture.pixel(x, y), before.pixel(x, y), "({x}, {y})");
+            } else if sampled {
+                assert!(picture.is_coloured(x, y), "a hole at ({x}, {y}), seed {seed}");
+                let colour = picture.pixel(x, y);
+                assert!(colour.cmple(most * 1.0001).all(), "{colour} at ({x}, {y})");
+            }
+        }
+        filled += count;
+    }
+    assert!(filled > 100, "{filled} pixels filled");
+}

@@ -1,0 +1,224 @@
+//! `llsr render --reconstruct` as a user meets it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn render(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_llsr"))
+        .current_dir(folder)
+        .args([&["render", "demo:subway", "--quiet", "--size", "128x96"], args].concat())
+        .output()
+        .expect("the program was built with this test")
+}
+
+fn ok(folder: &Path, args: &[&str]) {
+    let output = render(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {message}");
+}
+
+fn report(folder: &Path, name: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join(name)).expect("the report")).expect("JSON")
+}
+
+/// Sum of the pixels shaded in all rounds.
+fn shaded(report: &Value) -> u64 {
+    let rounds = report["reconstruct"]["shaded"].as_array().expect("a list");
+    rounds.iter().map(|round| round.as_u64().expect("a count")).sum()
+}
+
+#[test]
+fn density_and_rounds_say_how_many_pixels_are_shaded_and_how_often_it_is_looked() {
+    let folder = TempDir::new().expect("a folder");
+    let pixels = 128 * 96;
+    let mut counts = Vec::new();
+    for (density, rounds) in [("0.05", "3"), ("0.2", "3"), ("0.2", "1")] {
+        let args = ["--reconstruct", "epi", "--density", density, "--rounds", rounds];
+        ok(
+            folder.path(),
+            &[&args[..], &["-o", "a.exr", "--report", "r.json"]].concat(),
+        );
+        let report = report(folder.path(), "r.json");
+        let made = report["reconstruct"]["shaded"].as_array().expect("a list").len();
+        assert_eq!(made.to_string(), rounds, "rounds");
+        // Small regions without a sample get one on top.
+        let wanted = (density.parse::<f64>().expect("a number") * f64::from(pixels)) as u64;
+        let count = shaded(&report);
+        let missed = report["reconstruct"]["regions_missed"].as_u64().expect("a count");
+        assert!(
+            count >= wanted * 4 / 5 && count <= wanted * 6 / 5 + missed,
+            "density {density}, {rounds} rounds: {count} of {wanted}, {missed} regions missed"
+        );
+        counts.push(count);
+    }
+    assert!(counts[1] > 2 * counts[0], "four times the density: {counts:?}");
+}
+
+#[test]
+fn layers_show_edges_reach_and_samples() {
+    let folder = TempDir::new().expect("a folder");
+    let aov = "edges,reach,samples,irradiance,albedo,normal,depth";
+    let args = [
+        "--reconstruct",
+        "epi",
+        "--density",
+        "0.1",
+        "--aov",
+        aov,
+        "-o",
+        "a.exr",
+    ];
+    ok(folder.path(), &[&args[..], &["--report", "r.json"]].concat());
+    let image = llsr_io::read_image(&folder.path().join("a.exr")).expect("the picture");
+    let channel = |name: &str| {
+        let found = image.channels.iter().find(|channel| channel.0 == name);
+        &found.unwrap_or_else(|| panic!("no channel {name}")).1
+    };
+    let report = report(folder.path(), "r.json");
+    let pixels = &report["reconstruct"]["pixels"];
+    let edges = channel("edges.Y");
+    for (name, value) in [("empty", 0.0), ("simple", 0.5), ("complex", 1.0)] {
+        let count = edges.iter().filter(|&&edge| edge == value).count() as u64;
+        assert_eq!(
+            Some(count),
+            pixels[name].as_u64(),
+            "{name} pixels in the layer and the report"
+        );
+        assert!(count > 0, "the subway has {name} pixels");
+    }
+    let samples = channel("samples.Y");
+    let rounds = samples.iter().filter(|&&round| round > 0.0).count() as u64;
+    assert_eq!(rounds, shaded(&report), "pixels shaded in some round");
+    assert!(samples.iter().all(|&round| round <= 3.0), "at most three rounds");
+    let reach = channel("reach.Y");
+    let whole = ((1u32 << 24) - 1) as f32;
+    for (index, (&edge, &mask)) in edges.iter().zip(reach).enumerate() {
+        assert!(
+            (0.0..=whole).contains(&mask) && mask.fract() == 0.0,
+            "24 bits at {index}: {mask}"
+        );
+        assert!(
+            edge < 1.0 || mask == 0.0,
+            "a complex pixel reaches nothing: {mask}"
+        );
+    }
+    let open = reach.iter().filter(|&&mask| mask == whole).count();
+    let cut = reach.iter().filter(|&&mask| mask > 0.0 && mask < whole).count();
+    assert!(
+        open > edges.len() / 4 && cut > edges.len() / 50,
+        "{open} pixels reach all around them, {cut} some"
+    );
+    for name in ["R", "irradiance.Y", "albedo.G", "normal.Z", "depth.Z"] {
+        assert!(channel(name).iter().any(|&v| v != 0.0), "{name} holds something");
+    }
+}
+
+#[test]
+fn the_bits_are_the_same_for_any_number_of_threads() {
+    let folder = TempDir::new().expect("a folder");
+    let args = [
+        "--reconstruct",
+        "epi",
+        "--density",
+        "0.1",
+        "--seed",
+        "9",
+        "--aov",
+        "edges,reach,samples",
+    ];
+    let files: Vec<Vec<u8>> = ["1", "2", "3"]
+        .into_iter()
+        .map(|threads| {
+            ok(
+                folder.path(),
+                &[&args[..], &["-o", "a.exr", "--threads", threads]].concat(),
+            );
+            fs::read(folder.path().join("a.exr")).expect("the picture")
+        })
+        .collect();
+    assert!(files[0].len() > 10_000, "{} bytes", files[0].len());
+    assert!(
+        files.iter().all(|file| *file == files[0]),
+        "one, two and three threads"
+    );
+    ok(
+        folder.path(),
+        &[&args[..5], &["10", "-o", "b.exr"], &args[6..]].concat(),
+    );
+    let other = fs::read(folder.path().join("b.exr")).expect("the picture");
+    assert!(other != files[0], "another seed shades other pixels");
+}
+
+#[test]
+fn few_samples_and_edges_are_near_the_full_picture_and_nearer_than_without_edges() {
+    let folder = TempDir::new().expect("a folder");
+    ok(folder.path(), &["--spp", "16", "-o", "full.exr"]);
+    let mut errors = Vec::new();
+    for how in ["epi", "blind"] {
+        ok(
+            folder.path(),
+            &["--reconstruct", how, "--density", "0.2", "-o", "few.exr"],
+        );
+        let output = Command::new(env!("CARGO_BIN_EXE_llsr"))
+            .current_dir(folder.path())
+            .args(["diff", "few.exr", "full.exr", "--quiet", "--report", "d.json"])
+            .output()
+            .expect("the program was built with this test");
+        assert!(output.status.success(), "diff");
+        errors.push(
+            report(folder.path(), "d.json")["psnr"]
+                .as_f64()
+                .expect("a number"),
+        );
+    }
+    assert!(errors[0] > 30.0 && errors[0] > errors[1] + 3.0, "PSNR {errors:?}");
+}
+
+#[test]
+fn wrong_values_are_refused_with_a_reason() {
+    let folder = TempDir::new().expect("a folder");
+    for (args, reason) in [
+        (
+            &["--reconstruct", "epi", "--density", "0"][..],
+            "share of the pixels",
+        ),
+        (
+            &["--reconstruct", "epi", "--density", "1.5"],
+            "share of the pixels",
+        ),
+        (&["--reconstruct", "epi", "--density", "-0.1"], "--density"),
+        (
+            &["--reconstruct", "epi", "--density", "nan"],
+            "share of the pixels",
+        ),
+        (&["--reconstruct", "epi", "--rounds", "0"], "1..=64"),
+        (&["--reconstruct", "epi", "--rounds", "65"], "1..=64"),
+        (&["--reconstruct", "mesh"], "epi"),
+        (&["--density", "0.1"], "--reconstruct"),
+        (&["--rounds", "2"], "--reconstruct"),
+        (&["--reconstruct", "epi", "--spp", "4"], "--spp"),
+        (
+            &["--reconstruct", "epi", "--aov", "tests", "-o", "a.exr"],
+            "edges, reach, samples",
+        ),
+        (&["--reconstruct", "epi", "--aov", "edges", "-o", "a.png"], ".exr"),
+        (&["--reconstruct", "epi", "--size", "16385x2"], "16384"),
+    ] {
+        let output = render(folder.path(), args);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+        assert!(
+            message.contains(reason) && !message.contains("panicked"),
+            "{args:?}: {message}"
+        );
+        assert_eq!(
+            fs::read_dir(folder.path()).expect("a folder").count(),
+            0,
+            "{args:?} leaves no file"
+        );
+    }
+}
