@@ -94,7 +94,14 @@ impl View<'_> {
         edges.find(view, None, &mut SceneScratch::default(), &mut found);
         let mut segments = found.segments().to_vec();
         let surfaces = segments.len();
-        let shadows = narrow_shadow_edges(self.scene, self.tracer, &edges, triples, self.camera, self.viewport);
+        let shadows = narrow_shadow_edges(
+            self.scene,
+            self.tracer,
+            &edges,
+            triples,
+            self.camera,
+            self.viewport,
+        );
         segments.extend(shadows.segments);
         (segments, surfaces)
     }

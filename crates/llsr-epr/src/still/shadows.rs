@@ -131,7 +131,7 @@ fn width(scene: &Scene, prepared: &ShadowScene, edge: &ShadowEdge, at: DVec3) ->
     let extent = corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f64::max);
     let far = corners.iter().map(|c| c.distance(at)).fold(f64::MAX, f64::min);
     let most = extent * near / (far - near).max(1e-6 * far);
-    if matches!(edge.source, ShadowSource::Vertex { .. }) {
+    if !matches!(edge.source, ShadowSource::Edge { .. }) {
         return Some(most);
     }
     let [from, to] = edge.segment.map(|p| p.as_dvec3());
@@ -187,7 +187,8 @@ mod tests {
             height: 512,
         };
         let camera = &scene.cameras[0];
-        let found = narrow_shadow_edges(&scene, &edges, vec![triple], camera, viewport);
+        let (tracer, _) = Tracer::new(&scene);
+        let found = narrow_shadow_edges(&scene, &tracer, &edges, vec![triple], camera, viewport).segments;
         // From the tube (y 2.3, z -0.95) past the ledge's edge (y 2.12, z -1.38) to the door's plane at z = -1.72.
         let height = 2.12 - 0.34 * 0.18 / 0.43;
         for i in 0..12 {
