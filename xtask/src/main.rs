@@ -27,8 +27,8 @@ cargo xtask TASK
   silhouettes check FOLDER [VIEWS]   silhouettes of all meshes there against brute force
   silhouettes time [FOLDER] [VIEWS]  how fast they are found; build with --release
   figures of99            the figures and tables of the 1999 paper, into docs/papers/of99
-  figures accuracy [--data FOLDER]   error against run time, and what each economy is worth, into docs/performance;
-                          FOLDER may hold classroom.glb
+  figures accuracy        error against run time on the built-in scenes, into docs/performance
+  figures economies [--data FOLDER]   what each kind of work left out is worth, there too; FOLDER may hold classroom.glb
   figures bwg03 [--data FOLDER]   those of the 2003 paper, into docs/papers/bwg03; FOLDER may hold classroom.glb,
                           igea.glb and dragon_vrip.glb
   soak [FRAMES]           a live walk with moving things, 20000 frames: memory and end

@@ -16,6 +16,23 @@ pub(crate) fn error_against_time(title: &str, rows: &[Row]) -> Result<String, Fa
 /// Errors below this are drawn at it: single precision ends there.
 const FLOOR: f64 = 1e-7;
 
+/// One for each of [`Method::ALL`], dark enough for thin lines on white.
+const COLORS: [(u8, u8, u8); Method::ALL.len()] = [
+    (220, 20, 60),
+    (30, 30, 30),
+    (230, 120, 0),
+    (0, 110, 200),
+    (0, 150, 80),
+    (110, 160, 20),
+    (0, 165, 165),
+    (150, 110, 60),
+    (90, 90, 160),
+    (235, 90, 150),
+    (0, 90, 90),
+    (135, 60, 190),
+    (130, 80, 20),
+];
+
 fn draw(svg: &mut String, title: &str, rows: &[Row]) -> Result<(), Box<dyn std::error::Error>> {
     let range = |values: &mut dyn Iterator<Item = f64>| {
         values.fold((f64::INFINITY, 0.0f64), |(lo, hi), v| (lo.min(v), hi.max(v)))
@@ -48,7 +65,8 @@ fn draw(svg: &mut String, title: &str, rows: &[Row]) -> Result<(), Box<dyn std::
         if points.is_empty() {
             continue;
         }
-        let color = Palette99::pick(index).to_rgba();
+        let (r, g, b) = COLORS[index];
+        let color = RGBColor(r, g, b).to_rgba();
         chart.draw_series(points.iter().map(|&point| Circle::new(point, 4, color.filled())))?;
         chart
             .draw_series(LineSeries::new(points, color.stroke_width(2)))?
@@ -57,7 +75,7 @@ fn draw(svg: &mut String, title: &str, rows: &[Row]) -> Result<(), Box<dyn std::
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
+        .position(SeriesLabelPosition::LowerRight)
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK)
         .draw()?;

@@ -105,10 +105,6 @@ impl Scratch {
     }
 }
 
-/// Nodes, blocks and shapes that [`Method::Auto`] lets a fan query visit before it searches instead: a search costs about
-/// as much as this many.
-const FAN_BUDGET: u32 = 400;
-
 /// What one light does to one surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightAnswer {
@@ -364,7 +360,7 @@ impl<'a> DirectLight<'a> {
                 self.fan(oracle, stretch, u32::MAX, work);
             }
             Method::Auto => {
-                if !self.fan(oracle, stretch, FAN_BUDGET, work) {
+                if !self.fan(oracle, stretch, settings.fan_budget, work) {
                     self.search_and_polish(oracle, stretch, state, work);
                 }
             }

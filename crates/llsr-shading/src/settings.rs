@@ -121,6 +121,9 @@ pub struct Settings {
     pub epsilon: f64,
     /// Widest gap, in light parameters, that a search may overlook.
     pub nu: f64,
+    /// Nodes, blocks and shapes that [`Method::Auto`] lets a fan query visit before it searches instead. The default costs about as
+    /// much as a search.
+    pub fan_budget: u32,
     /// Samples of a light for the sampling methods, at least 1.
     pub samples: u32,
     /// Rays through a pixel, at least 1; a single one goes through the centre.
@@ -148,6 +151,7 @@ impl Default for Settings {
             method: Method::Auto,
             epsilon: 0.05,
             nu: 0.25,
+            fan_budget: 400,
             samples: 16,
             spp: 1,
             share: true,

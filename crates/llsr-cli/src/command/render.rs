@@ -274,6 +274,7 @@ fn shading_settings(args: &RenderArgs, common: &Common, layers: Vec<Layer>) -> S
         refine: args.refine.is_some(),
         seed: common.seed,
         layers,
+        ..Settings::default()
     }
 }
 

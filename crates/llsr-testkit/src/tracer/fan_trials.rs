@@ -23,6 +23,17 @@ pub struct FanTrials {
     pub partly: u64,
 }
 
+impl FanTrials {
+    /// Adds what other trials found.
+    pub fn add(&mut self, other: &Self) {
+        self.fans += other.fans;
+        self.uncertified += other.uncertified;
+        self.missed += other.missed;
+        self.invented += other.invented;
+        self.partly += other.partly;
+    }
+}
+
 fn unit(rng: &mut Pcg64Mcg) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }

@@ -14,4 +14,4 @@ pub use fan::{FanCell, FanDisagreement, disagreement, fan_cells};
 pub use fan_trials::{FanTrials, exactness_trials, leak_trials, scene_of, slit_trials};
 pub use meshes::{bumpy_knot, hare, hare_radius, torus, world_triangles};
 pub use occlusion::segment_is_cut;
-pub use primitives::segment_enters_primitive;
+pub use primitives::primitive_shadows;

@@ -8,7 +8,7 @@ mod truth;
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use llsr_scene::demo;
 
@@ -16,21 +16,13 @@ use crate::run::{cargo, root, run as run_command};
 
 const SCENES: [&str; 5] = ["wall", "cylinder-2", "cylinder-0.4", "subway", "bars"];
 
-/// `cargo xtask figures accuracy [--data FOLDER]`
-pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
-    run_command(&mut cargo(&[
-        "build",
-        "--quiet",
-        "--release",
-        "--package",
-        "llsr-cli",
-    ]))?;
-    let folder = root().join("docs/performance");
-    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+/// `cargo xtask figures accuracy`
+pub(crate) fn run() -> Result<(), String> {
+    let folder = prepare()?;
     let mut text = String::from(
         "# Error against run time\n\n\
-         Written by `cargo xtask figures accuracy --data FOLDER`, with the plots and tables beside this file: 512x512 pixels, one \
-         thread, CPU seconds of rendering alone. The truth is `exact`, which brute force checks: from 576 points of each scene all \
+         Written by `cargo xtask figures accuracy`, with the plots and tables beside this file: 512x512 pixels, one \
+         thread, CPU seconds of rendering alone. The truth is `exact`, which brute force checks: from up to 256 points of each scene all \
          triangles are cut in exact arithmetic and primitives are found by their distances, and the irradiance of what remains is \
          integrated adaptively.\n",
     );
@@ -52,8 +44,34 @@ pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
     }
     text.push_str(&bars::many_changes()?);
     text.push_str(&economies::refinement(&SCENES)?);
-    text.push_str(&economies::antialiasing()?);
-    text.push_str(&economies::skips(data)?);
     let path = folder.join("README.md");
     fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// `cargo xtask figures economies [--data FOLDER]`
+pub(crate) fn run_economies(data: Option<&Path>) -> Result<(), String> {
+    let folder = prepare()?;
+    let text = format!(
+        "# What economies are worth\n\n\
+         Written by `cargo xtask figures economies --data FOLDER`: 512x512 pixels, one thread, CPU seconds of rendering alone (the \
+         median of three runs, or one of two seconds and more).\n{}{}",
+        economies::skips(data)?,
+        economies::antialiasing()?
+    );
+    let path = folder.join("economies.md");
+    fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// Builds the optimised program; gives the folder for what it measures.
+fn prepare() -> Result<PathBuf, String> {
+    run_command(&mut cargo(&[
+        "build",
+        "--quiet",
+        "--release",
+        "--package",
+        "llsr-cli",
+    ]))?;
+    let folder = root().join("docs/performance");
+    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    Ok(folder)
 }

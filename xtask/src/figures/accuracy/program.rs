@@ -23,7 +23,9 @@ const LONG: f64 = 2.0;
 pub(super) fn render(arguments: &[&str]) -> Result<Shot, String> {
     let folder = root().join("target/accuracy");
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let (picture, report) = (folder.join("shot.exr"), folder.join("shot.json"));
+    // Two tasks may run at a time.
+    let file = |extension: &str| folder.join(format!("shot-{}.{extension}", std::process::id()));
+    let (picture, report) = (file("exr"), file("json"));
     let mut seconds = Vec::new();
     let mut value = Value::Null;
     while seconds.len() < 3 && seconds.first().is_none_or(|&first| first < LONG) {
@@ -48,9 +50,12 @@ pub(super) fn render(arguments: &[&str]) -> Result<Shot, String> {
         seconds.push(number(&value, "/cpu_seconds/render")?);
     }
     seconds.sort_unstable_by(f64::total_cmp);
-    let picture = read_image(&picture).map_err(|e| e.to_string())?;
+    let image = read_image(&picture).map_err(|e| e.to_string())?;
+    for path in [&picture, &report] {
+        fs::remove_file(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    }
     Ok(Shot {
-        picture,
+        picture: image,
         report: value,
         seconds: seconds[seconds.len() / 2],
     })

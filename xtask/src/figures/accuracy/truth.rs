@@ -4,18 +4,15 @@ use glam::DVec3;
 use llsr_scene::{EmissionLaw, Light, LinearLight, Scene, Viewport};
 use llsr_shading::{Layer, Method, Settings, SurfacePoint, render};
 use llsr_testkit::quadrature::{Law, line_irradiance};
-use llsr_testkit::tracer::{fan_cells, segment_enters_primitive, world_triangles};
+use llsr_testkit::tracer::{fan_cells, primitive_shadows, world_triangles};
 use llsr_tracer::{FanQuery, FanScratch, Tracer};
 use llsr_visibility::Partition;
 
 /// The pixels that are checked.
 const VIEW: Viewport = Viewport {
-    width: 24,
-    height: 24,
+    width: 16,
+    height: 16,
 };
-
-/// Places in each stretch between events of triangles where primitives are looked for.
-const PLACES: u32 = 16;
 
 /// What was compared.
 pub(super) struct Checked {
@@ -66,8 +63,7 @@ pub(super) fn check(scene: &Scene) -> Result<Checked, String> {
             };
             let query = FanQuery::new(point.origin, light.a, light.b);
             tracer.fan(&query, &mut scratch, &mut visible);
-            for (from, to, blocked) in stretches(scene, &triangles, point.origin, light) {
-                let (from, to) = (from.max(stretch.0), to.min(stretch.1));
+            for (from, to, blocked) in stretches(scene, &triangles, point.origin, light, stretch) {
                 if to - from < 1e-9 {
                     continue;
                 }
@@ -77,7 +73,7 @@ pub(super) fn check(scene: &Scene) -> Result<Checked, String> {
                 let unsure = to - from < 2e-6 || visible.changes().any(|change| (change.t - t).abs() < 1e-6);
                 if blocked == visible.contains(t) && !unsure {
                     return Err(format!(
-                        "{}: exact and brute force differ from {} at {t} of {}",
+                        "{}: exact and brute force differ from {} at {t} of {}, in {from} to {to}: {visible:?} {stretch:?} {blocked}",
                         scene.name, point.origin, light.name
                     ));
                 }
@@ -122,40 +118,34 @@ fn above_horizon(point: &SurfacePoint, light: &LinearLight) -> Option<(f64, f64)
     (lo < hi).then_some((lo, hi))
 }
 
-/// The light in stretches of one visibility, by brute force: cells of the triangles, cut where primitives begin and end.
+/// A part of the light in stretches of one visibility, by brute force: cells of the triangles without what primitives hide.
 fn stretches(
     scene: &Scene,
     triangles: &[[glam::Vec3; 3]],
     p: DVec3,
     light: &LinearLight,
+    part: (f64, f64),
 ) -> Vec<(f64, f64, bool)> {
-    let at = |t: f64| light.a + (light.b - light.a) * t;
-    let entered = |t: f64| segment_enters_primitive(scene, p, at(t));
+    let shadows = primitive_shadows(scene, p, light.a, light.b);
     let mut all = Vec::new();
     for cell in fan_cells(triangles, p, light.a, light.b) {
-        if cell.lo >= cell.hi {
+        let (first, last) = (cell.lo.max(part.0), cell.hi.min(part.1));
+        if first >= last {
             continue;
         }
-        if cell.blocked {
-            all.push((cell.lo, cell.hi, true));
-            continue;
+        let mut ends = vec![first, last];
+        ends.extend(
+            shadows
+                .iter()
+                .flat_map(|&(lo, hi)| [lo, hi])
+                .filter(|&t| first < t && t < last),
+        );
+        ends.sort_unstable_by(f64::total_cmp);
+        for pair in ends.windows(2) {
+            let t = 0.5 * (pair[0] + pair[1]);
+            let hidden = shadows.iter().any(|&(lo, hi)| lo <= t && t <= hi);
+            all.push((pair[0], pair[1], cell.blocked || hidden));
         }
-        let place = |i: u32| cell.lo + (cell.hi - cell.lo) * (f64::from(i) + 0.5) / f64::from(PLACES);
-        let (mut start, mut state) = (cell.lo, entered(place(0)));
-        for i in 1..PLACES {
-            let next = entered(place(i));
-            if next != state {
-                // Halve until doubles end.
-                let (mut lo, mut hi) = (place(i - 1), place(i));
-                for _ in 0..50 {
-                    let t = 0.5 * (lo + hi);
-                    if entered(t) == state { lo = t } else { hi = t }
-                }
-                all.push((start, lo, state));
-                (start, state) = (lo, next);
-            }
-        }
-        all.push((start, cell.hi, state));
     }
     all
 }
