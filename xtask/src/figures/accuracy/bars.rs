@@ -8,8 +8,8 @@ use llsr_testkit::tracer::{AxisBox, PastBoxes, light_past_boxes};
 use llsr_tracer::Tracer;
 
 const VIEW: Viewport = Viewport {
-    width: 512,
-    height: 512,
+    width: 256,
+    height: 256,
 };
 
 /// Largest difference of the irradiance, relative to it and the picture's mean together, that counts as agreement.

@@ -10,14 +10,14 @@ pub(super) fn refinement(scenes: &[&str]) -> Result<String, String> {
     let mut text = String::from(
         "\n## Refinement where the irradiance varies\n\n\
          `--refine variance` renders pixels again, with each light in quarters, around which the irradiance varies much: the remedy \
-         that section 6 of the 1999 paper suggests for more than two changes. Epsilon 0.05, nu 0.25; relative RMSE of the irradiance in \
+         that section 6 of the 1999 paper suggests for more than two changes. At 256x256, epsilon 0.05, nu 0.25; relative RMSE of the irradiance in \
          the whole picture and in penumbrae.\n\n\
          | scene | method | error | in penumbrae | tests a pixel and light | pixels rendered again | CPU s |\n\
          |---|---|---|---|---|---|---|\n",
     );
     for name in scenes {
         let scene = format!("demo:{name}");
-        let truth = render(&[&scene, "-m", "exact"])?;
+        let truth = render(256, &[&scene, "-m", "exact"])?;
         let changes = channel(&truth.picture, "discontinuities.Y")?;
         let mut row = |shown: &str, shot: &Shot| -> Result<(), String> {
             let refined = number(&shot.report, "/refined_pixels")?;
@@ -32,12 +32,12 @@ pub(super) fn refinement(scenes: &[&str]) -> Result<String, String> {
             );
             Ok(())
         };
-        row("tdf", &render(&[&scene, "-m", "tdf"])?)?;
+        row("tdf", &render(256, &[&scene, "-m", "tdf"])?)?;
         row(
             "tdf, refined",
-            &render(&[&scene, "-m", "tdf", "--refine", "variance"])?,
+            &render(256, &[&scene, "-m", "tdf", "--refine", "variance"])?,
         )?;
-        row("finder", &render(&[&scene, "-m", "finder"])?)?;
+        row("finder", &render(256, &[&scene, "-m", "finder"])?)?;
         row("exact", &truth)?;
     }
     Ok(text)
@@ -46,33 +46,38 @@ pub(super) fn refinement(scenes: &[&str]) -> Result<String, String> {
 /// Sixteen subsamples that share what they know of the lights, beside sixteen that do not, against 256 that do not.
 pub(super) fn antialiasing() -> Result<String, String> {
     let scene = "demo:subway";
+    let (small, large) = (128, 512);
     // Another seed, so that no subsample is in both pictures.
-    let truth = render(&[scene, "--spp", "256", "--no-skip", "share", "--seed", "1"])?;
+    let truth = render(
+        small,
+        &[scene, "--spp", "256", "--no-skip", "share", "--seed", "1"],
+    )?;
     let mut text = String::from(
         "\n## Subsamples that share partitions, `demo:subway`\n\n\
-         Against 256 subsamples a pixel that share nothing; relative RMSE of the irradiance.\n\n\
+         Relative RMSE of the irradiance at 128x128 against 256 subsamples a pixel that share nothing; CPU seconds at 512x512.\n\n\
          | subsamples | error | CPU s | added to one subsample |\n|---|---|---|---|\n",
     );
-    let one = render(&[scene])?;
-    let mut row = |shown: &str, shot: &Shot| -> Result<(), String> {
+    let one = render(large, &[scene])?.seconds;
+    let mut row = |count: &str, shared: bool| -> Result<(), String> {
+        let mut arguments = vec![scene, "--spp", count];
+        if !shared {
+            arguments.extend(["--no-skip", "share"]);
+        }
+        let seconds = render(large, &arguments)?.seconds;
         let _ = writeln!(
             text,
-            "| {shown} | {:.2e} | {:.2} | {:.2} |",
-            rel_rmse(&shot.picture, &truth.picture, |_| true)?,
-            shot.seconds,
-            shot.seconds - one.seconds
+            "| {count}, {} | {:.2e} | {seconds:.2} | {:.2} |",
+            if shared { "shared" } else { "each on its own" },
+            rel_rmse(&render(small, &arguments)?.picture, &truth.picture, |_| true)?,
+            seconds - one
         );
         Ok(())
     };
-    row("1", &one)?;
+    row("1", false)?;
     for count in ["4", "16"] {
-        row(&format!("{count}, shared"), &render(&[scene, "--spp", count])?)?;
-        row(
-            &format!("{count}, each on its own"),
-            &render(&[scene, "--spp", count, "--no-skip", "share"])?,
-        )?;
+        row(count, true)?;
+        row(count, false)?;
     }
-    let _ = writeln!(text, "| 256, each on its own | - | {:.1} | |", truth.seconds);
     Ok(text)
 }
 
@@ -93,7 +98,7 @@ pub(super) fn skips(data: Option<&Path>) -> Result<String, String> {
     }
     let mut shares = String::from(
         "\n## Work left out\n\n\
-         Shares of the pairs of pixel and light, and of the pairs of block (8x8 pixels) and light: lights below the horizon or cut by \
+         At 256x256: shares of the pairs of pixel and light, and of the pairs of block (8x8 pixels) and light: lights below the horizon or cut by \
          it, pairs in blocks that are proved to be lit or dark, fans that meet nothing, and fans that ask only the few things that lie \
          between their block and the light.\n\n\
          | scene | below the horizon | cut there | block lit | block dark | fan empty | fan among few | blocks looked at | lit | dark | few things | many \
@@ -107,7 +112,7 @@ pub(super) fn skips(data: Option<&Path>) -> Result<String, String> {
     );
     for (name, arguments) in &scenes {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let plain = render(&arguments)?;
+        let plain = render(256, &arguments)?;
         let count = |pointer: &str| number(&plain.report, pointer);
         let pairs = count("/hits")? * count("/lights")?;
         let blocks = count("/blocks/tested")?;
@@ -137,7 +142,7 @@ pub(super) fn skips(data: Option<&Path>) -> Result<String, String> {
                 continue;
             }
             let wasteful = [arguments.as_slice(), &["--no-skip", kind]].concat();
-            let _ = write!(times, " {:.3} |", render(&wasteful)?.seconds);
+            let _ = write!(times, " {:.3} |", render(256, &wasteful)?.seconds);
         }
         times.push('\n');
     }

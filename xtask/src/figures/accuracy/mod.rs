@@ -21,7 +21,7 @@ pub(crate) fn run() -> Result<(), String> {
     let folder = prepare()?;
     let mut text = String::from(
         "# Error against run time\n\n\
-         Written by `cargo xtask figures accuracy`, with the plots and tables beside this file: 512x512 pixels, one \
+         Written by `cargo xtask figures accuracy`, with the plots and tables beside this file: 128x128 pixels, one \
          thread, CPU seconds of rendering alone. The truth is `exact`, which brute force checks: from up to 256 points of each scene all \
          triangles are cut in exact arithmetic and primitives are found by their distances, and the irradiance of what remains is \
          integrated adaptively.\n",
@@ -53,7 +53,7 @@ pub(crate) fn run_economies(data: Option<&Path>) -> Result<(), String> {
     let folder = prepare()?;
     let text = format!(
         "# What economies are worth\n\n\
-         Written by `cargo xtask figures economies --data FOLDER`: 512x512 pixels, one thread, CPU seconds of rendering alone (the \
+         Written by `cargo xtask figures economies --data FOLDER`: one thread, CPU seconds of rendering alone (the \
          median of three runs, or one of two seconds and more).\n{}{}",
         economies::skips(data)?,
         economies::antialiasing()?

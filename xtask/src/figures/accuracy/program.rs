@@ -19,8 +19,8 @@ pub(super) struct Shot {
 /// From this on one run is enough (CPU seconds).
 const LONG: f64 = 2.0;
 
-/// `llsr render` on one thread at 512x512 with the layers that the comparisons want.
-pub(super) fn render(arguments: &[&str]) -> Result<Shot, String> {
+/// `llsr render` on one thread with the layers that the comparisons want, square pictures `size` pixels wide.
+pub(super) fn render(size: u32, arguments: &[&str]) -> Result<Shot, String> {
     let folder = root().join("target/accuracy");
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     // Two tasks may run at a time.
@@ -33,6 +33,7 @@ pub(super) fn render(arguments: &[&str]) -> Result<Shot, String> {
         command
             .arg("render")
             .args(arguments)
+            .args(["--size", &format!("{size}x{size}")])
             .args([
                 "--threads",
                 "1",

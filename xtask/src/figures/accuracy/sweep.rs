@@ -17,6 +17,9 @@ const METHODS: [&str; 9] = [
     "uniform",
 ];
 
+/// Small, so that all methods are done in minutes; what an answer costs hardly depends on it.
+const SIZE: &str = "128x128";
+
 /// The relative error that finished pictures have.
 const GOAL: f64 = 1e-3;
 
@@ -26,7 +29,7 @@ pub(super) fn bench(name: &str) -> Result<(), String> {
     let mut command = Command::new(root().join("target/release/llsr"));
     command
         .args(["bench", &format!("demo:{name}"), "--methods", &METHODS.join(",")])
-        .args(["--threads", "1", "--quiet", "-o"])
+        .args(["--size", SIZE, "--threads", "1", "--quiet", "-o"])
         .arg(file("svg"))
         .arg("--report")
         .arg(file("csv"));
