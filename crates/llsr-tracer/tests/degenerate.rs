@@ -218,3 +218,37 @@ fn size_and_place_change_nothing_but_rounding() {
     }
     assert!(partly > 150, "{partly} penumbrae");
 }
+
+/// Rational arithmetic hides the light from this parameter on: there it leaves the plane of the first triangle, in which p and all
+/// of the light lie up to 1e-17. The second triangle hides nothing; its edges only make brute force look at stretches of their own.
+#[test]
+fn a_fan_all_but_in_a_triangle_is_hidden_in_one_stretch() {
+    const FIRST_HIDDEN: f64 = 0.886_497_957_295_678_6;
+    let positions = vec![
+        Vec3::new(-0.2175826, -0.3799105, -0.624998),
+        Vec3::new(-0.18167315, -0.15319464, -0.5269965),
+        Vec3::new(0.22504568, -0.4710082, -0.21518467),
+        Vec3::new(0.9351092, 0.67411554, 0.64304173),
+        Vec3::new(1.5938951, 0.5033708, 0.2965939),
+        Vec3::new(0.70430326, 1.031302, 1.2152036),
+    ];
+    let scene = one(mesh(positions, vec![[0, 1, 2], [3, 4, 5]]));
+    let p = DVec3::new(-0.053597028466086216, -0.38772186371419914, -0.46599506975508);
+    let a = DVec3::new(-0.18741490200021188, -0.36355882567833786, -0.5908265320171713);
+    let b = DVec3::new(-0.00859080018952929, -0.34935848987457274, -0.4111519781196925);
+    let (tracer, _) = Tracer::new(&scene);
+    let found = visible(&tracer, p, a, b);
+    let ends: Vec<[f64; 2]> = found.panels().iter().map(|x| [x.start, x.end]).collect();
+    assert!(
+        matches!(ends[..], [[0.0, end]] if (end - FIRST_HIDDEN).abs() < 1e-15),
+        "{found:?}"
+    );
+    let cells = fan_cells(&world_triangles(&scene), p, a, b);
+    for cell in cells.iter().filter(|cell| cell.lo < cell.hi) {
+        let middle = 0.5 * (cell.lo + cell.hi);
+        assert_eq!(cell.blocked, middle > FIRST_HIDDEN, "{cell:?}");
+    }
+    let difference = disagreement(&cells, &found, 1e-9);
+    assert_eq!((difference.missed, difference.invented), (0.0, 0.0));
+    assert!(difference.compared >= 2, "{difference:?}");
+}

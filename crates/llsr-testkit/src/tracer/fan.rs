@@ -24,8 +24,8 @@ pub struct FanCell {
 
 /// Which part of the segment `a`-`b` the triangles hide from `p`: sorted cells that cover [0, 1].
 ///
-/// Cells end where the plane through `p` and an edge meets the light, or where a triangle's plane does; each is decided by
-/// one exact segment. Cost: the square of the number of triangles that the fan's plane cuts.
+/// Cells end where the plane through `p` and an edge meets the light, or where a triangle's plane does; each is decided
+/// at its middle, by the exact sides of that point of the light. Cost: the square of the number of triangles that the fan's plane cuts.
 pub fn fan_cells(triangles: &[[Vec3; 3]], p: DVec3, a: DVec3, b: DVec3) -> Vec<FanCell> {
     let cut: Vec<[DVec3; 3]> = triangles
         .iter()
@@ -113,30 +113,32 @@ fn height(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> (f64, f64) {
     (a.dot(b.cross(c)), scale)
 }
 
-/// Does a triangle cut the segment from `p` to the point of `a`-`b` at `t`, a parameter well inside a cell?
+/// Does a triangle cut the segment from `p` to the point of `a`-`b` at `t`, a parameter inside a cell?
 ///
-/// On which side of the triangle's plane that point lies follows from the exact sides of both ends: the point itself has no exact
-/// coordinates, and where the light lies in the plane up to rounding, rounding it would decide.
+/// That point has no coordinates in doubles. Rounded, it may leave a triangle in whose plane the fan all but lies, so it is never
+/// formed: its sides are those of (1 - t) a + t b in exact arithmetic.
 fn cuts([u, v, w]: [DVec3; 3], p: DVec3, a: DVec3, b: DVec3, t: f64) -> bool {
-    let value = |q: DVec3| {
-        let (value, scale) = height(u, v, w, q);
-        if value.abs() > 1e-3 * scale {
-            value
-        } else {
-            Exact::orientation(u, v, w, q).approximate()
-        }
-    };
     let at_p = side(u, v, w, p);
-    // Not a total order: a negative zero is zero.
-    let at_q = (value(a) * (1.0 - t) + value(b) * t)
-        .partial_cmp(&0.0)
-        .unwrap_or(Ordering::Equal);
+    let at_q = side_between(u, v, w, [a, b], t);
     if at_p == Ordering::Equal || at_q == Ordering::Equal || at_p == at_q {
         return false;
     }
-    let q = a + (b - a) * t;
-    let turns = [(u, v), (v, w), (w, u)].map(|(x, y)| side(p, q, x, y));
+    let turns = [(u, v), (v, w), (w, u)].map(|(x, y)| side_between(p, x, y, [a, b], t));
     !(turns.contains(&Ordering::Less) && turns.contains(&Ordering::Greater))
+}
+
+/// The exact sign of the height of (1 - t) a + t b over x, y, z. Heights are linear along a line.
+fn side_between(x: DVec3, y: DVec3, z: DVec3, [a, b]: [DVec3; 2], t: f64) -> Ordering {
+    let (at_a, scale_a) = height(x, y, z, a);
+    let (at_b, scale_b) = height(x, y, z, b);
+    let value = at_a * (1.0 - t) + at_b * t;
+    if value.abs() > 1e-13 * (scale_a * (1.0 - t) + scale_b * t) {
+        return value.total_cmp(&0.0);
+    }
+    let t = Exact::from(t);
+    let rest = Exact::from(1.0) - t.clone();
+    let [at_a, at_b] = [a, b].map(|q| Exact::orientation(x, y, z, q));
+    (&at_a * &rest + &at_b * &t).sign()
 }
 
 /// Where the plane x, y, z meets the line a-b, and the condition number; nothing if they are parallel.
@@ -153,4 +155,33 @@ fn plane_meets_line(x: DVec3, y: DVec3, z: DVec3, a: DVec3, b: DVec3) -> Option<
     let t = at_a / (at_a - at_b);
     let condition = (scale_a + scale_b) / (at_a - at_b).abs();
     t.is_finite().then_some((t, condition))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// p and the light lie within 1e-17 of this triangle's plane. Rational arithmetic puts p above it and the light from this parameter
+    /// on below, and between p and that part of the light the triangle lies all along.
+    #[test]
+    fn a_fan_all_but_in_a_triangle_is_decided_at_points_that_are_not_rounded() {
+        const FIRST_HIDDEN: f64 = 0.886_497_957_295_678_6;
+        let triangle = [
+            Vec3::new(-0.2175826, -0.3799105, -0.624998),
+            Vec3::new(-0.18167315, -0.15319464, -0.5269965),
+            Vec3::new(0.22504568, -0.4710082, -0.21518467),
+        ]
+        .map(|v| v.as_dvec3());
+        let p = DVec3::new(-0.053597028466086216, -0.38772186371419914, -0.46599506975508);
+        let a = DVec3::new(-0.18741490200021188, -0.36355882567833786, -0.5908265320171713);
+        let b = DVec3::new(-0.00859080018952929, -0.34935848987457274, -0.4111519781196925);
+        let mut astray = 0;
+        for i in 0..=4096 {
+            let t = f64::from(i) / 4096.0;
+            assert_eq!(cuts(triangle, p, a, b, t), t > FIRST_HIDDEN, "at {t}");
+            let rounded = a + (b - a) * t;
+            astray += u32::from(cuts(triangle, p, rounded, rounded, 0.0) != (t > FIRST_HIDDEN));
+        }
+        assert!(astray > 400, "rounded points go astray: {astray}");
+    }
 }
