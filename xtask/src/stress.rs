@@ -84,13 +84,14 @@ pub(crate) fn run(args: &[String]) -> Result<(), String> {
         let found = kind.run();
         println!(
             "{:<40} {:>9} fans: {} with light where there is none, {} with an occluder where there is none, \
-             {} not certified, {} partly hidden; {:.1} s",
+             {} not certified, {} partly hidden, {} with an ill-conditioned end elsewhere; {:.1} s",
             kind.name,
             found.fans,
             found.missed,
             found.invented,
             found.uncertified,
             found.partly,
+            found.moved,
             start.elapsed().as_secs_f64()
         );
         if found.missed + found.invented + found.uncertified > 0 {

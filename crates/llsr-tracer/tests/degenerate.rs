@@ -252,3 +252,72 @@ fn a_fan_all_but_in_a_triangle_is_hidden_in_one_stretch() {
     assert_eq!((difference.missed, difference.invented), (0.0, 0.0));
     assert!(difference.compared >= 2, "{difference:?}");
 }
+
+/// The light in a triangle's plane, p on a triangle's edge, both up to rounding: where the light's first hidden or last visible point
+/// is, the last bits of the coordinates decide, and the query may put it elsewhere, past a place where nothing ends.
+#[test]
+fn an_end_that_rounding_decides_is_no_occluder_missed() {
+    let light_in_plane = (
+        [
+            [
+                Vec3::new(-0.37982884, -0.43108293, -0.647995),
+                Vec3::new(-0.25355595, -0.851699, 0.52232),
+                Vec3::new(-0.47280216, -0.18458489, 0.7857394),
+            ],
+            [
+                Vec3::new(-0.25355595, -0.851699, 0.52232),
+                Vec3::new(0.4781655, 0.12458834, 0.7942515),
+                Vec3::new(-0.47280216, -0.18458489, 0.7857394),
+            ],
+        ],
+        [
+            DVec3::new(-1.0618554375328797, -0.7583137364572763, -0.5458874684348666),
+            DVec3::new(-0.3741985562152491, -0.46461904700645534, -0.05891884400454345),
+            DVec3::new(-0.3823705041079049, -0.428438120350555, -0.4601045235889162),
+        ],
+        // By rational arithmetic.
+        0.4461876233617545,
+        0.002,
+    );
+    let point_on_edge = (
+        [
+            [
+                Vec3::new(0.5172647, -0.1817675, -0.5117595),
+                Vec3::new(0.32052004, -0.33435726, -0.5342959),
+                Vec3::new(0.52340186, -0.15301356, -0.76002455),
+            ],
+            [
+                Vec3::new(-0.0061371326, -0.028753936, 0.24826507),
+                Vec3::new(-0.16026002, 0.16717863, 0.26714796),
+                Vec3::new(-0.0061371326, -0.028753936, 0.24826507),
+            ],
+        ],
+        [
+            DVec3::new(0.5205286271236911, -0.16647532460205017, -0.6437939894967355),
+            DVec3::new(-0.2693795535207275, 1.047054546355781, 0.6930195958038754),
+            DVec3::new(-1.0, -1.0, 1.25),
+        ],
+        0.32088858341372845,
+        0.6,
+    );
+    for (triangles, [p, a, b], end, contested) in [light_in_plane, point_on_edge] {
+        let scene = one(mesh(triangles.concat(), vec![[0, 1, 2], [3, 4, 5]]));
+        let cells = fan_cells(&world_triangles(&scene), p, a, b);
+        let wide: Vec<_> = cells.iter().filter(|cell| cell.lo < cell.hi).collect();
+        let changes: Vec<_> = wide
+            .windows(2)
+            .filter(|pair| pair[0].blocked != pair[1].blocked)
+            .collect();
+        let [[before, _]] = changes[..] else {
+            panic!("one end: {cells:?}");
+        };
+        assert!((before.hi - end).abs() < 1e-12, "{before:?}");
+        assert!(before.hi_condition > 1e15, "{before:?}");
+        let (tracer, _) = Tracer::new(&scene);
+        let found = disagreement(&cells, &visible(&tracer, p, a, b), 1e-9);
+        assert_eq!((found.missed, found.invented), (0.0, 0.0), "{found:?}");
+        // A tolerance that does not reach across what is contested finds it missed.
+        let strict = disagreement(&cells, &Partition::lit(), contested / before.hi_condition);
+        assert!(strict.missed > contested, "{strict:?}");
+    }
+}

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use glam::{DVec3, Vec3};
-use llsr_visibility::Partition;
+use llsr_visibility::{Panel, Partition};
 
 use super::Exact;
 
@@ -66,32 +66,51 @@ pub struct FanDisagreement {
     pub missed: f64,
     /// Width of the light that is visible but was reported hidden.
     pub invented: f64,
+    /// Width of the light that is contested between an end and where it may have moved, across places where nothing ends.
+    pub moved: f64,
     /// Cells wide enough to be compared.
     pub compared: usize,
 }
 
 /// Compares a visible set with the cells, each shortened by `tolerance` times the condition number of its ends.
+///
+/// A cell may end where nothing becomes visible or hidden, next to an end that moves further than to there. What is contested
+/// without a break up to an end of what is hidden, and no wider than `tolerance` times that end's condition number, is the end's move.
 pub fn disagreement(cells: &[FanCell], visible: &Partition, tolerance: f64) -> FanDisagreement {
     let mut result = FanDisagreement::default();
-    for cell in cells {
-        let lo = cell.lo + tolerance * cell.lo_condition;
-        let hi = cell.hi - tolerance * cell.hi_condition;
-        if hi - lo <= 1e-12 {
+    let mut hidden = Partition::default();
+    visible.complement_into(&mut hidden);
+    let wide: Vec<FanCell> = cells.iter().filter(|cell| cell.lo < cell.hi).copied().collect();
+    for run in wide.chunk_by(|x, y| x.blocked == y.blocked) {
+        let [Some(first), Some(last)] = [run.first(), run.last()] else {
             continue;
-        }
-        result.compared += 1;
-        let overlap = |from: f64, to: f64| (to.min(hi) - from.max(lo)).max(0.0);
-        let seen: f64 = visible
-            .panels()
-            .iter()
-            .map(|panel| overlap(panel.start, panel.end))
-            .sum();
-        if cell.blocked {
-            result.missed += seen;
-        } else {
-            // The widths of the panels are rounded.
-            let hidden = (hi - lo) - seen;
-            result.invented += if hidden > 1e-15 { hidden } else { 0.0 };
+        };
+        let wrong = if first.blocked { visible } else { &hidden };
+        for cell in run {
+            let lo = cell.lo + tolerance * cell.lo_condition;
+            let hi = cell.hi - tolerance * cell.hi_condition;
+            if hi - lo <= 1e-12 {
+                continue;
+            }
+            result.compared += 1;
+            for &Panel {
+                start: from, end: to, ..
+            } in wrong.panels()
+            {
+                let width = to.min(hi) - from.max(lo);
+                if width <= if cell.blocked { 0.0 } else { 1e-15 } {
+                    continue;
+                }
+                let contested = to.min(last.hi) - from.max(first.lo);
+                let from_start =
+                    0.0 < first.lo && from <= first.lo && contested <= tolerance * first.lo_condition;
+                let to_end = last.hi < 1.0 && last.hi <= to && contested <= tolerance * last.hi_condition;
+                *match (from_start || to_end, cell.blocked) {
+                    (true, _) => &mut result.moved,
+                    (false, true) => &mut result.missed,
+                    (false, false) => &mut result.invented,
+                } += width;
+            }
         }
     }
     result
@@ -183,5 +202,47 @@ mod tests {
             astray += u32::from(cuts(triangle, p, rounded, rounded, 0.0) != (t > FIRST_HIDDEN));
         }
         assert!(astray > 400, "rounded points go astray: {astray}");
+    }
+
+    /// Hidden up to 0.5, an end that moves as far as `condition` says, with a cell that ends at 0.4 for no reason.
+    fn hidden_half(condition: f64) -> [FanCell; 3] {
+        let cell = |[lo, hi]: [f64; 2], [lo_condition, hi_condition]: [f64; 2], blocked| FanCell {
+            lo,
+            hi,
+            lo_condition,
+            hi_condition,
+            blocked,
+        };
+        [
+            cell([0.0, 0.4], [1.0, 1.0], true),
+            cell([0.4, 0.5], [1.0, condition], true),
+            cell([0.5, 1.0], [condition, 1.0], false),
+        ]
+    }
+
+    fn seen(panels: &[[f64; 2]]) -> Partition {
+        let mut visible = Partition::default();
+        for &[start, end] in panels {
+            visible.push(Panel::exact(start, end));
+        }
+        visible
+    }
+
+    #[test]
+    fn an_end_may_move_as_far_as_its_condition_says_and_nothing_else_may() {
+        // By 0.2, by 0.05, by more than 0.2, and a hole apart from the end.
+        let cases = [
+            (2e8, &[[0.35, 1.0]][..], true),
+            (5e7, &[[0.35, 1.0]], false),
+            (2e8, &[[0.25, 1.0]], false),
+            (2e8, &[[0.35, 0.38], [0.5, 1.0]], false),
+            (2e8, &[[0.0, 0.1], [0.5, 1.0]], false),
+        ];
+        for (condition, panels, passes) in cases {
+            let found = disagreement(&hidden_half(condition), &seen(panels), 1e-9);
+            assert_eq!(found.missed == 0.0, passes, "{panels:?}: {found:?}");
+            assert_eq!(found.moved > 0.0, passes, "{panels:?}: {found:?}");
+            assert_eq!(found.invented, 0.0, "{panels:?}: {found:?}");
+        }
     }
 }

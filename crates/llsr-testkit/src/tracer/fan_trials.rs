@@ -19,6 +19,9 @@ pub struct FanTrials {
     pub missed: u64,
     /// Fans that reported an occluder where there is none.
     pub invented: u64,
+    /// Fans of which an end lies elsewhere than in exact arithmetic, no further than its condition number allows, but across a place
+    /// where nothing ends.
+    pub moved: u64,
     /// Fans that are partly hidden.
     pub partly: u64,
 }
@@ -30,6 +33,7 @@ impl FanTrials {
         self.uncertified += other.uncertified;
         self.missed += other.missed;
         self.invented += other.invented;
+        self.moved += other.moved;
         self.partly += other.partly;
     }
 }
@@ -158,6 +162,7 @@ pub fn exactness_trials<O: SegmentOracle>(
             result.uncertified += u64::from(visible.certificate() != Certificate::Exact);
             result.partly += u64::from(visible.discontinuities() > 0);
             let found = disagreement(&fan_cells(&triangles, p, a, b), &visible, tolerance);
+            result.moved += u64::from(found.moved > 0.0);
             result.missed += u64::from(found.missed > 0.0);
             result.invented += u64::from(found.invented > 0.0);
         }
