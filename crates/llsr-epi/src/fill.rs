@@ -31,11 +31,16 @@ pub(crate) fn fill(
             while holes != 0 {
                 let x = (word - 1) * 64 + holes.trailing_zeros() as usize;
                 holes &= holes - 1;
+                let around = coloured_around(picture, x, y);
+                if around == 0 {
+                    continue;
+                }
                 let free = blind || classes.row(y as isize).bit(COMPLEX, x as isize);
                 let mask = if free {
-                    (1 << 24) - 1
+                    around
                 } else {
-                    reach::mask(reach, x, y)
+                    // Costs more than all that.
+                    around & reach::mask(reach, x, y)
                 };
                 if let Some(found) = filtered(picture, kernel, mask, x, y) {
                     patches.push(y * picture.stride + x, found);
@@ -45,9 +50,8 @@ pub(crate) fn fill(
     }
 }
 
-/// The filtered colour of the coloured pixels of the window among the bits of `mask`.
+/// The filtered colour of the pixels of the window among the bits of `mask`, all of which have one.
 fn filtered(picture: &Picture, kernel: &Kernel, mut mask: u32, x: usize, y: usize) -> Option<Vec3> {
-    mask &= coloured_around(picture, x, y);
     let (mut sum, mut weight) = (Vec3::ZERO, 0.0);
     while mask != 0 {
         let bit = mask.trailing_zeros() as isize;

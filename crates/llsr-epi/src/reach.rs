@@ -385,11 +385,14 @@ fn keep<W: Lanes>(out: &mut [u64], len: usize, at: usize, plane: usize, reached:
 
 /// The 24-bit mask of one pixel: bit i stands for neighbour i of the 5x5 window in scan order, the centre left out.
 pub(crate) fn mask(planes: &Planes<REACH_PLANES>, x: usize, y: usize) -> u32 {
+    // Asked for thousands of pixels a frame: each row is looked up once.
+    let y = y as isize;
+    let rows = [planes.row(y), planes.row(y - 1), planes.row(y - 2)];
     let mut mask = 0;
     for (plane, (dx, dy)) in FORWARD.into_iter().enumerate() {
-        let forward = planes.row(y as isize).bit(plane, x as isize);
+        let forward = rows[0].bit(plane, x as isize);
         // The same pair of pixels, seen from the later one.
-        let backward = planes.row(y as isize - dy).bit(plane, x as isize - dx);
+        let backward = rows[dy as usize].bit(plane, x as isize - dx);
         mask |= u32::from(forward) << (12 + plane) | u32::from(backward) << (11 - plane);
     }
     mask
