@@ -49,9 +49,12 @@ enum Reached {
     Between(f64),
     /// By going on along the last two measurements.
     Beyond(f64),
-    /// The last two measurements do not come closer.
+    /// The last two measurements do not come closer, or not within [`FARTHEST`] times the longer of them.
     Never,
 }
+
+/// How many times the longest measurement a time may lie beyond it and still be told.
+const FARTHEST: f64 = 100.0;
 
 /// A table of the CPU seconds to an error of 0.1%, and of the best that a method did.
 pub(super) fn time_to_error(csv: &str) -> Result<String, String> {
@@ -124,7 +127,9 @@ fn reached(points: &[Point]) -> Reached {
             Some([a, b]) if b.error > 0.0 => Reached::Between(along(a, b)),
             Some([_, b]) => Reached::Between(b.seconds),
             _ => match points {
-                [.., a, b] if b.error < 0.9 * a.error => Reached::Beyond(along(a, b)),
+                [.., a, b] if b.error < a.error && along(a, b) <= FARTHEST * b.seconds => {
+                    Reached::Beyond(along(a, b))
+                }
                 _ => Reached::Never,
             },
         },
