@@ -1,11 +1,10 @@
 //! Direct light and a constant for the rest.
 
-use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use crate::shader::look::{background, direct_and_met, ray_hash, unit_direction, unlit};
+use crate::shader::look::{diffuse_radiance, direct_and_met, shade_each};
 use crate::shader::world::CurrentStage;
 use crate::shader::{
     Encounters, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
@@ -52,24 +51,13 @@ impl Shader for DirectShader {
         let stage = self.stage.get();
         let world = &*stage.world;
         let direct = DirectLight::prepared(&stage.lights, world.tracer(), &self.settings);
-        for request in requests {
-            let direction = unit_direction(request)?;
-            let Some(surface) = world.look(request.origin, direction) else {
-                points.push(background(world, request, direction));
-                continue;
-            };
-            let mut point = unlit(request, &surface);
-            let hash = ray_hash(seed, request.origin, direction);
+        shade_each(world, requests, seed, points, met, |surface, hash, met| {
             let mut irradiance = self.ambient;
-            point.lights = direct_and_met(world, &direct, &surface, hash, scratch, met, |colour, answer| {
+            let lights = direct_and_met(world, &direct, surface, hash, scratch, met, |colour, answer| {
                 irradiance += colour * answer.irradiance;
             });
-            let reflected = surface.albedo.as_dvec3() * irradiance * FRAC_1_PI;
-            point.colour = surface.emission + reflected.as_vec3();
-            points.push(point);
-        }
-        met.settle();
-        Ok(())
+            (diffuse_radiance(surface, irradiance), lights)
+        })
     }
 
     fn changed(&self, change: &SceneChange) {

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::random::mix;
 use crate::shader::gi::{frame, unit};
-use crate::shader::look::{background, direct_and_met, direct_only, ray_hash, unit_direction, unlit};
+use crate::shader::look::{direct_and_met, direct_only, shade_each};
 use crate::shader::world::CurrentStage;
 use crate::shader::{
     Encounters, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
@@ -222,33 +222,16 @@ impl Shader for GlossyShader {
             direct: DirectLight::prepared(&stage.lights, world.tracer(), &self.settings),
             settings: &self.glossy,
         };
-        for request in requests {
-            let direction = unit_direction(request)?;
-            let Some(surface) = world.look(request.origin, direction) else {
-                points.push(background(world, request, direction));
-                continue;
-            };
-            let mut point = unlit(request, &surface);
-            let hash = ray_hash(seed, request.origin, direction);
-            let material = batch.material(&surface);
-            let mut radiance = batch.constant(&surface, &material);
-            point.lights = direct_and_met(
-                world,
-                &batch.direct,
-                &surface,
-                hash,
-                scratch,
-                met,
-                |colour, answer| {
-                    radiance += colour * material.radiance(&answer.lobes);
-                },
-            );
-            radiance += batch.reflected(&surface, &material, self.glossy.rays, 0, hash, scratch);
-            point.colour = radiance.as_vec3();
-            points.push(point);
-        }
-        met.settle();
-        Ok(())
+        shade_each(world, requests, seed, points, met, |surface, hash, met| {
+            let material = batch.material(surface);
+            let mut radiance = batch.constant(surface, &material);
+            let direct = &batch.direct;
+            let lights = direct_and_met(world, direct, surface, hash, scratch, met, |colour, answer| {
+                radiance += colour * material.radiance(&answer.lobes);
+            });
+            radiance += batch.reflected(surface, &material, self.glossy.rays, 0, hash, scratch);
+            (radiance.as_vec3(), lights)
+        })
     }
 
     fn changed(&self, change: &SceneChange) {

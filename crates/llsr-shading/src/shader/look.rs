@@ -1,5 +1,7 @@
 //! What all shaders of this crate have in common: the ray, the background and direct light.
 
+use std::f64::consts::FRAC_1_PI;
+
 use glam::{DVec3, Vec3};
 use llsr_scene::{LightId, ObjectId, Triple};
 
@@ -7,8 +9,46 @@ use crate::random::mix;
 use crate::shader::{Encounters, ShadeRequest, ShadedPoint, ShaderError, ShaderScratch, World};
 use crate::{DirectLight, LightAnswer, Pixel, SurfacePoint};
 
+/// The loop of all shaders: `shade` gives the colour of a surface that a ray meets, and the lights that reach it; it is told
+/// the ray's number, to seed random choices with.
+pub(crate) fn shade_each(
+    world: &World,
+    requests: &[ShadeRequest],
+    seed: u64,
+    points: &mut Vec<ShadedPoint>,
+    met: &mut Encounters,
+    mut shade: impl FnMut(&SurfacePoint, u64, &mut Encounters) -> (Vec3, u64),
+) -> Result<(), ShaderError> {
+    for request in requests {
+        let direction = unit_direction(request)?;
+        let Some(surface) = world.look(request.origin, direction) else {
+            points.push(background(world, request, direction));
+            continue;
+        };
+        let hash = ray_hash(seed, request.origin, direction);
+        let (colour, lights) = shade(&surface, hash, met);
+        points.push(ShadedPoint {
+            id: request.id,
+            position: surface.position.as_vec3(),
+            normal: surface.shading_normal.as_vec3(),
+            albedo: surface.albedo,
+            colour,
+            object: Some(surface.object),
+            lights,
+        });
+    }
+    met.settle();
+    Ok(())
+}
+
+/// What a diffuse surface sends to its viewer: its own light, and what it reflects of an irradiance.
+pub(crate) fn diffuse_radiance(surface: &SurfacePoint, irradiance: DVec3) -> Vec3 {
+    let reflected = surface.albedo.as_dvec3() * irradiance * FRAC_1_PI;
+    surface.emission + reflected.as_vec3()
+}
+
 /// The direction of a request as a unit vector.
-pub(crate) fn unit_direction(request: &ShadeRequest) -> Result<DVec3, ShaderError> {
+fn unit_direction(request: &ShadeRequest) -> Result<DVec3, ShaderError> {
     let direction = request.direction.try_normalize();
     direction
         .filter(|_| request.origin.is_finite())
@@ -16,7 +56,7 @@ pub(crate) fn unit_direction(request: &ShadeRequest) -> Result<DVec3, ShaderErro
 }
 
 /// A number for a ray that seeds its random choices: the same wherever and whenever the ray is shaded.
-pub(crate) fn ray_hash(seed: u64, origin: DVec3, direction: DVec3) -> u64 {
+fn ray_hash(seed: u64, origin: DVec3, direction: DVec3) -> u64 {
     let numbers = origin.to_array().into_iter().chain(direction.to_array());
     numbers.fold(mix(seed), |hash, number| mix(hash ^ number.to_bits()))
 }
@@ -32,7 +72,7 @@ pub(crate) fn pixel_of(hash: u64) -> Pixel {
 }
 
 /// The point for a ray that meets nothing.
-pub(crate) fn background(world: &World, request: &ShadeRequest, direction: DVec3) -> ShadedPoint {
+fn background(world: &World, request: &ShadeRequest, direction: DVec3) -> ShadedPoint {
     ShadedPoint {
         id: request.id,
         position: world.background(request.origin, direction).as_vec3(),
@@ -40,19 +80,6 @@ pub(crate) fn background(world: &World, request: &ShadeRequest, direction: DVec3
         albedo: Vec3::ZERO,
         colour: Vec3::ZERO,
         object: None,
-        lights: 0,
-    }
-}
-
-/// The point for a surface, to be given its colour and lights.
-pub(crate) fn unlit(request: &ShadeRequest, surface: &SurfacePoint) -> ShadedPoint {
-    ShadedPoint {
-        id: request.id,
-        position: surface.position.as_vec3(),
-        normal: surface.shading_normal.as_vec3(),
-        albedo: surface.albedo,
-        colour: Vec3::ZERO,
-        object: Some(surface.object),
         lights: 0,
     }
 }
@@ -99,6 +126,7 @@ pub(crate) fn direct_and_met(
     );
     seen
 }
+
 /// Direct light on a surface that was met on the way.
 pub(crate) fn direct_only(
     world: &World,

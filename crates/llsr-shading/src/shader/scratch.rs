@@ -1,5 +1,6 @@
 //! Working memory of a thread that shades.
 
+use glam::Vec3;
 use llsr_scene::ObjectId;
 
 use crate::shader::gi::Sample;
@@ -14,6 +15,8 @@ pub struct ShaderScratch {
     pub(crate) statistics: Statistics,
     /// Rays of a hemisphere.
     pub(crate) samples: Vec<Sample>,
+    /// Where rays of a record of irradiance end (m).
+    pub(crate) ends: Vec<Vec3>,
 }
 
 impl ShaderScratch {

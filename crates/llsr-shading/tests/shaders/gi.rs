@@ -310,7 +310,10 @@ fn points_do_not_depend_on_batches_threads_or_what_is_remembered() {
     assert!(whole == again && met == met_again, "with all records at hand");
     let pieces = shade_in_pieces(&GiShader::new(Arc::clone(&world), &settings), &rays, 7);
     assert_eq!(whole, pieces, "in pieces on three threads, from the start");
-    let forgetful = GiSettings { limit: 1, ..settings };
+    let forgetful = GiSettings {
+        memory: 0,
+        ..settings
+    };
     assert_eq!(
         whole,
         shade_in_pieces(&GiShader::new(world, &forgetful), &rays, 7),

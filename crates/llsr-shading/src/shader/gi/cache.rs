@@ -10,36 +10,63 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Parts with a lock of their own; threads seldom meet in one.
 const SHARDS: usize = 64;
 
-/// A map from keys to values, with a limit.
+/// A value that says how much memory hangs on it.
+pub(crate) trait Footprint {
+    /// Bytes that the value owns besides its own size.
+    fn heap_bytes(&self) -> usize;
+}
+
+/// A map from keys to values, with a limit on the memory that it takes. What was not asked for longest goes first.
 #[derive(Debug)]
 pub(crate) struct Memory<K, V> {
     shards: Vec<Mutex<Shard<K, V>>>,
     /// Only picks the shard.
     hasher: RandomState,
-    /// Entries of one generation of a shard.
+    /// Bytes of one generation of a shard.
     limit: usize,
 }
 
 /// Two generations: when the young one is full it becomes the old one, and what was old and not asked for since is gone.
 #[derive(Debug)]
 struct Shard<K, V> {
-    young: HashMap<K, Arc<V>>,
-    old: HashMap<K, Arc<V>>,
+    young: Generation<K, V>,
+    old: Generation<K, V>,
 }
 
-impl<K: Copy + Eq + Hash, V> Memory<K, V> {
-    /// Holds up to about `limit` values.
+#[derive(Debug)]
+struct Generation<K, V> {
+    values: HashMap<K, Arc<V>>,
+    bytes: usize,
+}
+
+impl<K, V> Default for Generation<K, V> {
+    fn default() -> Self {
+        Self {
+            values: HashMap::new(),
+            bytes: 0,
+        }
+    }
+}
+
+/// Bytes for an entry: the value with its counts and the bookkeeping of two allocations, and two places in a table, which is
+/// half full on average.
+fn entry_bytes<K, V: Footprint>(value: &V) -> usize {
+    size_of::<V>() + value.heap_bytes() + 6 * size_of::<usize>() + 2 * (size_of::<(K, Arc<V>)>() + 1)
+}
+
+impl<K: Copy + Eq + Hash, V: Footprint> Memory<K, V> {
+    /// Holds values of up to `limit` bytes, table and bookkeeping included; but one in each of the parts at least.
     pub(crate) fn new(limit: usize) -> Self {
         let shard = || {
             Mutex::new(Shard {
-                young: HashMap::new(),
-                old: HashMap::new(),
+                young: Generation::default(),
+                old: Generation::default(),
             })
         };
         Self {
             shards: (0..SHARDS).map(|_| shard()).collect(),
             hasher: RandomState::new(),
-            limit: (limit / (2 * SHARDS)).max(1),
+            limit: limit / (2 * SHARDS),
         }
     }
 
@@ -52,7 +79,7 @@ impl<K: Copy + Eq + Hash, V> Memory<K, V> {
     pub(crate) fn get(&self, key: &K, holds: impl FnOnce(&V) -> bool) -> Option<Arc<V>> {
         let value = {
             let mut shard = self.shard(key);
-            if let Some(value) = shard.young.get(key) {
+            if let Some(value) = shard.young.values.get(key) {
                 Arc::clone(value)
             } else {
                 let value = shard.old.remove(key)?;
@@ -70,22 +97,35 @@ impl<K: Copy + Eq + Hash, V> Memory<K, V> {
         value
     }
 
-    /// How many values are remembered.
-    pub(crate) fn len(&self) -> usize {
-        let count = |shard: &Mutex<Shard<K, V>>| {
+    /// How many values are remembered, and the bytes that they take.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        self.shards.iter().fold((0, 0), |(count, bytes), shard| {
             let shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
-            shard.young.len() + shard.old.len()
-        };
-        self.shards.iter().map(count).sum()
+            let both = [&shard.young, &shard.old];
+            let more: usize = both.iter().map(|generation| generation.values.len()).sum();
+            (count + more, bytes + both.iter().map(|g| g.bytes).sum::<usize>())
+        })
     }
 }
 
-impl<K: Copy + Eq + Hash, V> Shard<K, V> {
+impl<K: Copy + Eq + Hash, V: Footprint> Shard<K, V> {
     fn insert(&mut self, key: K, value: Arc<V>, limit: usize) {
-        if self.young.len() >= limit {
+        // One that no longer holds is replaced.
+        self.young.remove(&key);
+        let bytes = entry_bytes::<K, V>(&value);
+        if self.young.bytes + bytes > limit {
             self.old = std::mem::take(&mut self.young);
         }
-        self.young.insert(key, value);
+        self.young.bytes += bytes;
+        self.young.values.insert(key, value);
+    }
+}
+
+impl<K: Eq + Hash, V: Footprint> Generation<K, V> {
+    fn remove(&mut self, key: &K) -> Option<Arc<V>> {
+        let value = self.values.remove(key)?;
+        self.bytes -= entry_bytes::<K, V>(&value);
+        Some(value)
     }
 }
 
@@ -93,19 +133,52 @@ impl<K: Copy + Eq + Hash, V> Shard<K, V> {
 mod tests {
     use super::*;
 
+    impl Footprint for Vec<u8> {
+        fn heap_bytes(&self) -> usize {
+            self.capacity()
+        }
+    }
+
     #[test]
     fn remembers_what_is_asked_for_and_never_more_than_the_limit() {
-        let memory: Memory<u32, u32> = Memory::new(1280);
-        for key in 0..100_000 {
-            memory.put(key, key * 2);
+        let limit = 256 << 10;
+        let memory: Memory<u32, Vec<u8>> = Memory::new(limit);
+        let mut most = 0;
+        for key in 0..20_000 {
+            memory.put(key, vec![key as u8; key as usize % 97]);
             if let Some(value) = memory.get(&7, |_| true) {
-                assert_eq!(*value, 14, "the value of its key");
+                assert_eq!(*value, [7; 7], "the value of its key");
             }
-            assert!(memory.len() <= 1280, "{} values", memory.len());
+            let (count, bytes) = memory.size();
+            assert!(bytes <= limit, "{bytes} bytes");
+            assert!(bytes >= count * 100, "{bytes} bytes for {count} values");
+            most = most.max(bytes);
         }
+        assert!(most > limit / 4 * 3, "the limit is used: {most} bytes");
         assert!(memory.get(&7, |_| true).is_some(), "asked for all the time");
         assert!(memory.get(&8, |_| true).is_none(), "never asked for");
-        assert!(memory.get(&99_999, |_| true).is_some(), "put last");
-        assert!(memory.get(&99_999, |_| false).is_none(), "no longer holds");
+        assert!(memory.get(&19_999, |_| true).is_some(), "put last");
+        assert!(memory.get(&19_999, |_| false).is_none(), "no longer holds");
+    }
+
+    #[test]
+    fn what_is_put_again_and_again_counts_once() {
+        let memory: Memory<u32, Vec<u8>> = Memory::new(256 << 10);
+        for _ in 0..1000 {
+            memory.put(3, vec![0; 100]);
+        }
+        let (count, bytes) = memory.size();
+        assert_eq!(count, 1);
+        assert!(bytes < 400, "{bytes} bytes");
+    }
+
+    #[test]
+    fn without_memory_there_is_still_the_last_value_of_each_part() {
+        let memory: Memory<u32, Vec<u8>> = Memory::new(0);
+        for key in 0..10_000 {
+            memory.put(key, vec![1]);
+            assert!(memory.get(&key, |_| true).is_some());
+        }
+        assert!(memory.size().0 <= 2 * SHARDS);
     }
 }

@@ -48,8 +48,22 @@ pub(crate) fn cosine_direction(frame: &DMat3, u: f64, v: f64) -> DVec3 {
     *frame * DVec3::new(radius * cos, radius * sin, (1.0 - u).sqrt())
 }
 
-/// Sends `rows` x `columns` rays over the hemisphere about the third axis of `frame`. `samples` is working memory and
-/// holds what each ray brought afterwards, column by column from the zenith down.
+/// `rows` x `columns` directions over the hemisphere about the third axis of `frame`, one at random in each cell, column by
+/// column from the zenith down. `random` gives numbers in [0, 1).
+pub(crate) fn directions(
+    frame: DMat3,
+    [rows, columns]: [u32; 2],
+    mut random: impl FnMut() -> f64,
+) -> impl Iterator<Item = DVec3> {
+    let (m, n) = (f64::from(rows), f64::from(columns));
+    let cells = (0..columns).flat_map(move |column| (0..rows).map(move |row| (row, column)));
+    cells.map(move |(row, column)| {
+        let (u, v) = (random(), random());
+        cosine_direction(&frame, (f64::from(row) + u) / m, (f64::from(column) + v) / n)
+    })
+}
+
+/// Sends rays in all [`directions`]. `samples` is working memory and holds what each ray brought afterwards, in their order.
 pub(crate) fn gather(
     frame: &DMat3,
     [rows, columns]: [u32; 2],
@@ -61,15 +75,11 @@ pub(crate) fn gather(
     samples.clear();
     let mut sum = Vec3::ZERO;
     let mut closeness = 0.0;
-    for column in 0..columns {
-        for row in 0..rows {
-            let (u, v) = (unit(random), unit(random));
-            let direction = cosine_direction(frame, (f64::from(row) + u) / m, (f64::from(column) + v) / n);
-            let sample = ray(direction);
-            sum += sample.radiance;
-            closeness += 1.0 / f64::from(sample.distance);
-            samples.push(sample);
-        }
+    for direction in directions(*frame, [rows, columns], || unit(random)) {
+        let sample = ray(direction);
+        sum += sample.radiance;
+        closeness += 1.0 / f64::from(sample.distance);
+        samples.push(sample);
     }
     // Sine of the angle between the zenith and the upper border of a row.
     let border = |row: u32| (f64::from(row) / m).sqrt();

@@ -24,7 +24,6 @@ mod lattice;
 mod path;
 mod record;
 
-use std::f64::consts::FRAC_1_PI;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
 
@@ -33,19 +32,19 @@ use llsr_scene::luminance;
 use llsr_tracer::Hit;
 use rand_pcg::Pcg64Mcg;
 
-use crate::shader::look::{background, direct_and_met, ray_hash, unit_direction, unlit};
+use crate::shader::look::{diffuse_radiance, direct_and_met, shade_each};
 use crate::shader::world::Stage;
 use crate::shader::{
     Encounters, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
 };
 use crate::{DirectLight, Method, PreparedLights, Settings, SurfacePoint};
-use cache::Memory;
+use cache::{Footprint, Memory};
 use changes::Changes;
 use gather::{Gathered, gather};
 pub(crate) use gather::{Sample, frame, unit};
 use lattice::{LEVELS, Lattice, LineKey, PlaceKey};
 use path::{Beacon, Paths};
-use record::Record;
+use record::{Fan, Record};
 
 /// How global illumination is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,8 +59,9 @@ pub struct GiSettings {
     pub spacing: f64,
     /// Levels, 1 to 12; on each, records may lie half as far apart as on the one before.
     pub levels: u32,
-    /// Records that are kept at most. Each takes about 2 kilobytes with the default number of rays.
-    pub limit: usize,
+    /// Memory for records (bytes). Each takes about half a kilobyte with the default number of rays. Beyond that, those go that
+    /// were not asked for longest. The lines that lead to records have as much again.
+    pub memory: usize,
     /// Seed of the records.
     pub seed: u64,
 }
@@ -74,7 +74,7 @@ impl Default for GiSettings {
             tolerance: 0.3,
             spacing: 1.0 / 32.0,
             levels: 5,
-            limit: 60_000,
+            memory: 16 << 20,
             seed: 0,
         }
     }
@@ -85,8 +85,12 @@ impl Default for GiSettings {
 pub struct GiCounts {
     /// Records made.
     pub made: u64,
-    /// Records and lines that are remembered now.
-    pub remembered: u64,
+    /// Records that are remembered now.
+    pub records: u64,
+    /// Lines of the lattice that are remembered now.
+    pub lines: u64,
+    /// What both take (bytes); at most twice [`GiSettings::memory`].
+    pub bytes: u64,
     /// Points for which no record was good enough, so that light was gathered for them alone.
     pub alone: u64,
 }
@@ -109,7 +113,7 @@ pub struct GiShader {
     records: Memory<PlaceKey, Record>,
     made: AtomicU64,
     alone: AtomicU64,
-    far: f64,
+    fan: Fan,
 }
 
 #[derive(Debug)]
@@ -125,6 +129,12 @@ struct GiStage {
 struct Line {
     hits: Box<[Hit]>,
     holds_until: AtomicU64,
+}
+
+impl Footprint for Line {
+    fn heap_bytes(&self) -> usize {
+        size_of_val(&*self.hits)
+    }
 }
 
 impl GiShader {
@@ -152,8 +162,8 @@ impl GiShader {
         let (lights, gathering_lights) = (prepare(&direct), prepare(&gathering));
         Self {
             lattice: Lattice::new(world.bounds(), settings.spacing * diagonal, settings.seed),
-            lines: Memory::new(settings.limit.saturating_mul(2)),
-            records: Memory::new(settings.limit),
+            lines: Memory::new(settings.memory),
+            records: Memory::new(settings.memory),
             stage: RwLock::new(Arc::new(GiStage {
                 stage: Stage { world, lights },
                 gathering_lights,
@@ -165,15 +175,21 @@ impl GiShader {
             gathering,
             made: AtomicU64::new(0),
             alone: AtomicU64::new(0),
-            far: 2.0 * diagonal,
+            fan: Fan {
+                rays: settings.rays,
+                far: 2.0 * diagonal,
+            },
         }
     }
 
     /// What has been done so far.
     pub fn counts(&self) -> GiCounts {
+        let ((records, record_bytes), (lines, line_bytes)) = (self.records.size(), self.lines.size());
         GiCounts {
             made: self.made.load(Ordering::Relaxed),
-            remembered: (self.records.len() + self.lines.len()) as u64,
+            records: records as u64,
+            lines: lines as u64,
+            bytes: (record_bytes + line_bytes) as u64,
             alone: self.alone.load(Ordering::Relaxed),
         }
     }
@@ -304,7 +320,9 @@ impl Batch<'_> {
         }
         let place = PlaceKey::new(line, hit, upper);
         let world = self.paths.world;
-        let holds = |record: &Record| record.holds(&self.stage.changes, world.lights());
+        let fan = &self.shader.fan;
+        let ends = &mut scratch.ends;
+        let holds = |record: &Record| record.holds(fan, &self.stage.changes, world.lights(), ends);
         // Lifted off their surfaces, so that a curved one does not come between.
         let lift = 0.2 * distance;
         let (from, to) = (
@@ -330,8 +348,10 @@ impl Batch<'_> {
             settings, lattice, ..
         } = self.shader;
         self.shader.made.fetch_add(1, Ordering::Relaxed);
-        let mut ends = Vec::with_capacity((settings.rays[0] * settings.rays[1]) as usize);
-        let mut gathered = self.gather(at, hash, scratch, |end| ends.push(end));
+        let mut lengths = Vec::with_capacity((settings.rays[0] * settings.rays[1]) as usize);
+        let mut gathered = self.gather(at, hash, scratch, |length| {
+            lengths.push(self.shader.fan.encode(length));
+        });
         // Where light changes fast a record reaches less far than the distances say.
         let slope = Vec3::from_array(gathered.translation.map(luminance)).length();
         let by_slope = f64::from(luminance(gathered.irradiance)) / f64::from(slope);
@@ -348,23 +368,24 @@ impl Batch<'_> {
             position: at.position,
             normal: at.shading_normal,
             gathered,
-            reach: natural.clamp(least, self.shader.far.max(least)),
+            reach: natural.clamp(least, self.shader.fan.far.max(least)),
             object: at.object,
-            ends: ends.into_boxed_slice(),
+            hash,
+            lengths: lengths.into_boxed_slice(),
             holds_until: AtomicU64::new(self.stage.changes.count()),
         }
     }
 
-    /// Gathers light over the hemisphere of a point; `end` gets the place where each ray ends.
+    /// Gathers light over the hemisphere of a point; `each` gets the length of every ray, `None` for those that are not sent
+    /// because they run below the surface.
     fn gather(
         &self,
         at: &SurfacePoint,
         hash: u64,
         scratch: &mut ShaderScratch,
-        mut end: impl FnMut(Vec3),
+        mut each: impl FnMut(Option<f64>),
     ) -> Gathered {
-        let far = self.shader.far;
-        let mut random = Pcg64Mcg::new(u128::from(hash) << 64 | u128::from(!hash) | 1);
+        let mut random = Fan::random(hash);
         let mut paths_random = Pcg64Mcg::new(u128::from(!hash) << 64 | u128::from(hash) | 1);
         let mut samples = std::mem::take(&mut scratch.samples);
         let axes = frame(at.shading_normal);
@@ -375,6 +396,7 @@ impl Batch<'_> {
             &mut samples,
             |direction| {
                 if !Paths::is_above(at, direction) {
+                    each(None);
                     return Sample {
                         radiance: Vec3::ZERO,
                         distance: f32::INFINITY,
@@ -383,7 +405,7 @@ impl Batch<'_> {
                 let (radiance, distance) =
                     self.paths
                         .radiance(at.origin, direction, &mut paths_random, scratch);
-                end((at.position + direction * distance.min(far)).as_vec3());
+                each(Some(distance));
                 Sample {
                     radiance: radiance.as_vec3(),
                     distance: distance as f32,
@@ -421,25 +443,14 @@ impl Shader for GiShader {
             },
         };
         let direct = DirectLight::prepared(&stage.stage.lights, world.tracer(), &self.direct);
-        for request in requests {
-            let direction = unit_direction(request)?;
-            let Some(surface) = world.look(request.origin, direction) else {
-                points.push(background(world, request, direction));
-                continue;
-            };
-            let mut point = unlit(request, &surface);
-            let hash = ray_hash(seed, request.origin, direction);
+        shade_each(world, requests, seed, points, met, |surface, hash, met| {
             let mut irradiance = DVec3::ZERO;
-            point.lights = direct_and_met(world, &direct, &surface, hash, scratch, met, |colour, answer| {
+            let lights = direct_and_met(world, &direct, surface, hash, scratch, met, |colour, answer| {
                 irradiance += colour * answer.irradiance;
             });
-            irradiance += batch.indirect(&surface, hash, scratch);
-            let reflected = surface.albedo.as_dvec3() * irradiance * FRAC_1_PI;
-            point.colour = surface.emission + reflected.as_vec3();
-            points.push(point);
-        }
-        met.settle();
-        Ok(())
+            irradiance += batch.indirect(surface, hash, scratch);
+            (diffuse_radiance(surface, irradiance), lights)
+        })
     }
 
     fn changed(&self, change: &SceneChange) {

@@ -4,9 +4,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DVec3, Vec3};
 use llsr_scene::{Bounds, Light, ObjectId};
+use rand_pcg::Pcg64Mcg;
 
+use crate::shader::gi::cache::Footprint;
 use crate::shader::gi::changes::Changes;
-use crate::shader::gi::gather::Gathered;
+use crate::shader::gi::gather::{Gathered, directions, frame, unit};
 use crate::shader::{MovedThing, SceneMove};
 
 /// Irradiance at a place on a surface, with what is needed to use it beside that place.
@@ -19,10 +21,59 @@ pub(crate) struct Record {
     pub(crate) reach: f64,
     /// The object that it lies on.
     pub(crate) object: ObjectId,
-    /// Where its rays ended (m).
-    pub(crate) ends: Box<[Vec3]>,
+    /// What the directions of its rays are drawn from.
+    pub(crate) hash: u64,
+    /// How far its rays went; see [`Fan`].
+    pub(crate) lengths: Box<[u8]>,
     /// The number of changes of the scene up to which it is known to hold.
     pub(crate) holds_until: AtomicU64,
+}
+
+/// The rays that records send. A record keeps a byte for each: the directions come from its random number once more.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fan {
+    /// Rays from the zenith down and around it.
+    pub(crate) rays: [u32; 2],
+    /// Rays that meet nothing end here (m).
+    pub(crate) far: f64,
+}
+
+/// Lengths that a byte tells apart while they double.
+const STEPS: f64 = 16.0;
+
+impl Fan {
+    /// Random numbers for the directions of a record.
+    pub(crate) fn random(hash: u64) -> Pcg64Mcg {
+        Pcg64Mcg::new(u128::from(hash) << 64 | u128::from(!hash) | 1)
+    }
+
+    /// A byte for the length of a ray (m, above 0), 0 for a ray that was not sent. Lengths are rounded up, by less than a twentieth;
+    /// those below 1/65,000 of the farthest count as that.
+    pub(crate) fn encode(&self, length: Option<f64>) -> u8 {
+        let Some(length) = length else { return 0 };
+        let steps = STEPS * (length / self.far).log2();
+        // A cast takes what is out of range to its end.
+        ((255.0 + steps.ceil()) as u8).max(1)
+    }
+
+    /// Where the rays of a record end.
+    fn ends<'a>(&self, record: &'a Record) -> impl Iterator<Item = Vec3> + use<'a> {
+        let axes = frame(record.normal);
+        let (rays, far) = (self.rays, self.far);
+        let mut random = Self::random(record.hash);
+        let mut directions = directions(axes, rays, move || unit(&mut random));
+        record.lengths.iter().filter_map(move |&code| {
+            let direction = directions.next()?;
+            let length = far * ((f64::from(code) - 255.0) / STEPS).exp2();
+            (code > 0).then(|| (record.position + direction * length).as_vec3())
+        })
+    }
+}
+
+impl Footprint for Record {
+    fn heap_bytes(&self) -> usize {
+        self.lengths.len()
+    }
 }
 
 /// Share of its pairs of ray and light that a moved object may come between without a record being made anew.
@@ -63,24 +114,36 @@ impl Record {
     /// It does not if a moved thing may have come in the way of its rays, or may have left it; nor if it lies on an object
     /// that moved; nor if a light moved; nor if the shadow of a moved object may have changed what more than one in sixteen
     /// of its rays bring.
-    pub(crate) fn holds(&self, changes: &Changes, lights: &[Light]) -> bool {
+    ///
+    /// `ends` is working memory.
+    pub(crate) fn holds(&self, fan: &Fan, changes: &Changes, lights: &[Light], ends: &mut Vec<Vec3>) -> bool {
         let until = self.holds_until.load(Ordering::Relaxed);
-        let Some(mut news) = changes.since(until) else {
+        if until == changes.count() {
+            return true;
+        }
+        let Some(news) = changes.since(until) else {
             return false;
         };
-        if news.any(|change| self.may_feel(change, lights)) {
-            return false;
+        ends.clear();
+        for change in news {
+            match change.what {
+                MovedThing::Light(_) => return false,
+                MovedThing::Object(object) if object == self.object => return false,
+                MovedThing::Object(_) => {}
+            }
+            if ends.is_empty() {
+                ends.extend(fan.ends(self));
+            }
+            if self.may_feel(change, lights, ends) {
+                return false;
+            }
         }
         self.holds_until.fetch_max(changes.count(), Ordering::Relaxed);
         true
     }
 
-    fn may_feel(&self, change: &SceneMove, lights: &[Light]) -> bool {
-        match change.what {
-            MovedThing::Light(_) => return true,
-            MovedThing::Object(object) if object == self.object => return true,
-            MovedThing::Object(_) => {}
-        }
+    /// May another object that moved have changed what its rays bring?
+    fn may_feel(&self, change: &SceneMove, lights: &[Light], ends: &[Vec3]) -> bool {
         let boxes = [change.before, change.after];
         let here = self.position.as_vec3();
         let crossed = |end: &Vec3| {
@@ -88,19 +151,19 @@ impl Record {
                 .iter()
                 .any(|bounds| segment_meets_box(here, *end, bounds, 0.0))
         };
-        if self.ends.iter().any(crossed) {
+        if ends.iter().any(crossed) {
             return true;
         }
         let mut shadowed = 0;
         for light in lights {
             let (a, b) = light.ends();
             let (middle, half) = ((0.5 * (a + b)).as_vec3(), 0.5 * a.distance(b) as f32);
-            for end in &self.ends {
+            for end in ends {
                 let may = |bounds: &Bounds| segment_meets_box(*end, middle, bounds, half);
                 shadowed += usize::from(boxes.iter().any(may));
             }
         }
-        shadowed * SHADOWED > self.ends.len() * lights.len()
+        shadowed * SHADOWED > ends.len() * lights.len()
     }
 }
 
@@ -121,6 +184,54 @@ fn segment_meets_box(from: Vec3, to: Vec3, bounds: &Bounds, margin: f32) -> bool
 #[cfg(test)]
 mod tests {
     use super::*;
+    use llsr_scene::ObjectId;
+
+    #[test]
+    fn rays_end_where_they_were_seen_to_end_or_a_little_beyond() {
+        let fan = Fan {
+            rays: [7, 20],
+            far: 30.0,
+        };
+        let position = DVec3::new(1.0, -2.0, 0.5);
+        let normal = DVec3::new(0.6, 0.0, -0.8);
+        let mut numbers = Pcg64Mcg::new(9);
+        let mut random = Fan::random(77);
+        // Lengths of all sizes from 3 mm on; every ninth ray is not sent.
+        let sent: Vec<(DVec3, Option<f64>)> = directions(frame(normal), fan.rays, || unit(&mut random))
+            .enumerate()
+            .map(|(index, direction)| {
+                let length = 30.0 * (1e-4f64).powf(unit(&mut numbers));
+                (direction, (index % 9 != 4).then_some(length))
+            })
+            .collect();
+        let record = Record {
+            position,
+            normal,
+            gathered: Gathered::default(),
+            reach: 1.0,
+            object: ObjectId(0),
+            hash: 77,
+            lengths: sent.iter().map(|&(_, length)| fan.encode(length)).collect(),
+            holds_until: AtomicU64::new(0),
+        };
+        let ends: Vec<Vec3> = fan.ends(&record).collect();
+        let expected: Vec<_> = sent
+            .iter()
+            .filter_map(|&(d, length)| Some((d, length?)))
+            .collect();
+        assert_eq!((ends.len(), expected.len()), (124, 124));
+        for (end, (direction, length)) in ends.iter().zip(expected) {
+            let along = (end.as_dvec3() - position).dot(direction);
+            assert!(
+                along > 0.999_99 * length && along < 1.045 * length,
+                "{along} for {length}"
+            );
+            let off = (end.as_dvec3() - position).cross(direction).length();
+            assert!(off < 1e-5 * (1.0 + length), "{off} m beside a ray of {length} m");
+        }
+        let lengths = [30.0, f64::INFINITY, 1e-9].map(|length| fan.encode(Some(length)));
+        assert_eq!((lengths, fan.encode(None)), ([255, 255, 1], 0));
+    }
 
     #[test]
     fn segments_meet_boxes_that_they_pass_through() {
