@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 use serde_json::Value;
 
@@ -18,6 +19,8 @@ struct Case {
     scene: &'static [&'static str],
     shader: &'static str,
     samples: &'static str,
+    /// Ray-traced pictures are timed every so many frames.
+    every: &'static str,
     /// The paper's numbers: polygons, edges; the stages and total of table 2 (ms), frames/s, sparseness ratio, seconds of the
     /// ray tracer, speed-up; silhouette and shadow edges and shares of pixels of table 3.
     table1: [&'static str; 2],
@@ -32,6 +35,7 @@ const CASES: [Case; 5] = [
         scene: &["demo:rooms"],
         shader: "gi",
         samples: "2621",
+        every: "11",
         table1: ["15,006", "23,004"],
         table2: [
             "0.5", "17", "26", "11", "14", "2", "17", "95", "10.5", "97", "4.8", "51",
@@ -44,6 +48,7 @@ const CASES: [Case; 5] = [
         scene: &["demo:chains"],
         shader: "direct",
         samples: "5243",
+        every: "11",
         table1: ["73,728", "110,592"],
         table2: [
             "4", "13", "26", "11", "14", "2", "6", "88", "11.4", "52", "2.0", "23",
@@ -56,6 +61,7 @@ const CASES: [Case; 5] = [
         scene: &["@/classroom.glb", "--tube", "FluorescentTube=3000lm"],
         shader: "gi",
         samples: "2621",
+        every: "22",
         table1: ["101,306", "153,526"],
         table2: [
             "2.5", "11", "26", "11", "14", "2", "6", "77", "13.0", "92", "4.5", "58",
@@ -74,6 +80,7 @@ const CASES: [Case; 5] = [
         ],
         shader: "glossy",
         samples: "2621",
+        every: "11",
         table1: ["250,014", "374,635"],
         table2: [
             "9", "39", "27", "11", "14", "2", "16", "127", "7.9", "65", "5.1", "40",
@@ -93,6 +100,7 @@ const CASES: [Case; 5] = [
         ],
         shader: "direct",
         samples: "5243",
+        every: "11",
         table1: ["872,184", "1,305,164"],
         table2: [
             "22", "29", "26", "11", "14", "2", "6", "124", "8.1", "40", "2.3", "19",
@@ -107,7 +115,9 @@ const FIGURES: [(&str, &[&str], &[&str]); 7] = [
     (
         "fig9-torus-capsule",
         &[
-            "demo:torus-capsule",
+            "!torus-capsule.gltf",
+            "--line-light",
+            "-1.203,3.196,-1.585:1.272,3.381,-1.470=9000lm",
             "--samples-per-frame",
             "4000",
             "--path",
@@ -158,7 +168,19 @@ const FRAMES: &str = "45";
 /// Size of the figures.
 const FIGURE: &str = "320x320";
 
-pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
+/// Writes tables and figures; `only` one of them, if it names `tables` or a figure. What fails does not keep the rest from being written.
+pub(crate) fn run(data: Option<&Path>, only: Option<&str>) -> Result<(), String> {
+    let names = || FIGURES.iter().map(|figure| figure.0);
+    if let Some(name) = only
+        && name != "tables"
+        && !names().any(|figure| figure == name)
+    {
+        let names: Vec<&str> = names().collect();
+        return Err(format!(
+            "bwg03: there is no '{name}'; there are tables, {}",
+            names.join(", ")
+        ));
+    }
     run_command(&mut cargo(&[
         "build",
         "-q",
@@ -167,80 +189,153 @@ pub(crate) fn run(data: Option<&Path>) -> Result<(), String> {
         "llsr-cli",
         "--locked",
     ]))?;
-    let folder = root().join("docs/papers/bwg03");
-    let scratch = std::env::temp_dir().join(format!("llsr-figures-{}", std::process::id()));
-    for folder in [&folder, &scratch] {
+    let work = Work {
+        data,
+        folder: root().join("docs/papers/bwg03"),
+        scratch: std::env::temp_dir().join(format!("llsr-figures-{}", std::process::id())),
+    };
+    for folder in [&work.folder, &work.scratch] {
         fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
-    // Round things that stand alone, which a walk would pass, and round the place where the torus touches the capsule.
-    for (name, center, radius, degrees) in [
-        ("igea", [0.0, 0.0, 0.0], 0.2, 40.0),
-        ("dragon", [-0.006, 0.125, -0.005], 0.34, 40.0),
-        ("contact", [0.12, 0.55, 0.45], 2.4, 75.0),
-    ] {
-        let path = scratch.join(name);
-        fs::write(&path, orbit(center, radius, degrees)).map_err(|e| format!("{}: {e}", path.display()))?;
+    work.prepare()?;
+    let wanted = |name: &str| only.is_none_or(|only| only == name);
+    let mut failed = Vec::new();
+    if wanted("tables") {
+        failed.extend(work.tables().err());
     }
-    let mut reports = Vec::new();
-    for case in &CASES {
-        let Some(scene) = placed(case.scene, data, &scratch) else {
-            println!("{}: not there, left out", case.ours);
-            continue;
-        };
-        println!("{}", case.ours);
-        let report = scratch.join("report.json");
-        let mut command = walk(&scene);
-        command
-            .args([
-                "--size",
-                "512x512",
-                "--frames",
-                FRAMES,
-                "--every",
-                "30",
-                "--compare",
-                "raytrace",
-            ])
-            .args([
-                "--shader",
-                case.shader,
-                "--samples-per-frame",
-                case.samples,
-                "--report",
-            ])
-            .arg(&report);
-        run_command(&mut command)?;
-        let text = fs::read_to_string(&report).map_err(|e| format!("{}: {e}", report.display()))?;
-        let value: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
-        reports.push((case, value));
+    for figure in FIGURES.iter().filter(|figure| wanted(figure.0)) {
+        failed.extend(timed(figure.0, || work.figure(figure)).err());
     }
-    let path = folder.join("README.md");
-    fs::write(&path, tables(&reports)).map_err(|e| format!("{}: {e}", path.display()))?;
-    for (name, arguments, pictures) in FIGURES {
-        let Some(scene) = placed(arguments, data, &scratch) else {
-            println!("{name}: not there, left out");
-            continue;
+    fs::remove_dir_all(&work.scratch).map_err(|e| format!("{}: {e}", work.scratch.display()))?;
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(failed.join("\n"))
+    }
+}
+
+/// Runs one part and says how long it took.
+fn timed<T>(name: &str, part: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    println!("{name} ...");
+    let start = Instant::now();
+    let result = part();
+    let how = if result.is_ok() { "done" } else { "failed" };
+    println!("{name}: {how} after {:.0} s", start.elapsed().as_secs_f64());
+    result.map_err(|error| format!("{name}: {error}"))
+}
+
+/// Where things are.
+struct Work<'a> {
+    data: Option<&'a Path>,
+    folder: PathBuf,
+    scratch: PathBuf,
+}
+
+impl Work<'_> {
+    /// Writes the paths of cameras, and the scene of figure 9 without its light.
+    fn prepare(&self) -> Result<(), String> {
+        // Round things that stand alone, which a walk would pass, and round the place where the torus touches the capsule.
+        for (name, center, radius, degrees) in [
+            ("igea", [0.0, 0.0, 0.0], 0.2, 40.0),
+            ("dragon", [-0.006, 0.125, -0.005], 0.34, 40.0),
+            ("contact", [0.12, 0.93, 0.38], 1.5, 50.0),
+        ] {
+            write(&self.scratch.join(name), orbit(center, radius, degrees))?;
+        }
+        let scene = self.scratch.join("torus-capsule.gltf");
+        let mut command = Command::new(root().join("target/release/llsr"));
+        run_command(
+            command
+                .args(["demo", "torus-capsule", "--quiet", "-o"])
+                .arg(&scene),
+        )?;
+        let mut value = read_json(&scene)?;
+        for node in value["nodes"].as_array_mut().into_iter().flatten() {
+            if let Some(extensions) = node["extensions"].as_object_mut() {
+                extensions.remove("KHR_lights_punctual");
+            }
+        }
+        write(&scene, value.to_string())
+    }
+
+    /// The arguments with the folder of data in place of `@` and that of paths in place of `!`; `None` if the file is not there.
+    fn placed(&self, arguments: &[&str]) -> Option<Vec<String>> {
+        let one = |argument: &&str| match argument.strip_prefix("@/") {
+            None => Some(match argument.strip_prefix('!') {
+                Some(name) => self.scratch.join(name).display().to_string(),
+                None => (*argument).to_owned(),
+            }),
+            Some(file) => {
+                let path: PathBuf = self.data?.join(file);
+                path.is_file().then(|| path.display().to_string())
+            }
         };
-        println!("{name}");
-        let kept = scratch.join(name);
-        let mut command = walk(&scene);
-        command.args([
-            "--size",
-            FIGURE,
-            "--frames",
-            FRAMES,
-            "--every",
-            FRAMES,
-            "--keep-frames",
-        ]);
-        run_command(command.arg(&kept))?;
-        for picture in pictures {
-            let from = kept.join(format!("{picture}-00044.png"));
-            let to = folder.join(format!("{name}-{picture}.png"));
-            fs::copy(&from, &to).map_err(|e| format!("{}: {e}", from.display()))?;
+        arguments.iter().map(one).collect()
+    }
+
+    /// Writes the tables: after every case, with those that there are so far.
+    fn tables(&self) -> Result<(), String> {
+        let mut reports = Vec::new();
+        let mut failed = Vec::new();
+        for case in &CASES {
+            let Some(scene) = self.placed(case.scene) else {
+                println!("{}: not there, left out", case.ours);
+                continue;
+            };
+            match timed(case.ours, || self.measure(case, &scene)) {
+                Ok(report) => reports.push((case, report)),
+                Err(error) => failed.push(error),
+            }
+            write(&self.folder.join("README.md"), tables(&reports))?;
+        }
+        if failed.is_empty() {
+            Ok(())
+        } else {
+            Err(failed.join("\n"))
         }
     }
-    fs::remove_dir_all(&scratch).map_err(|e| format!("{}: {e}", scratch.display()))
+
+    /// The report of one case's walk.
+    fn measure(&self, case: &Case, scene: &[String]) -> Result<Value, String> {
+        let report = self.scratch.join("report.json");
+        let mut command = walk(scene);
+        command
+            .args(["--size", "512x512", "--frames", FRAMES, "--every", case.every])
+            .args(["--compare", "raytrace", "--shader", case.shader])
+            .args(["--samples-per-frame", case.samples, "--report"])
+            .arg(&report);
+        run_command(&mut command)?;
+        read_json(&report)
+    }
+
+    /// Writes the pictures of one figure.
+    fn figure(&self, (name, arguments, pictures): &(&str, &[&str], &[&str])) -> Result<(), String> {
+        let Some(scene) = self.placed(arguments) else {
+            println!("{name}: not there, left out");
+            return Ok(());
+        };
+        let kept = self.scratch.join(name);
+        let mut command = walk(&scene);
+        command
+            .args(["--size", FIGURE, "--frames", FRAMES, "--every", FRAMES])
+            .arg("--keep-frames");
+        run_command(command.arg(&kept))?;
+        for picture in *pictures {
+            let from = kept.join(format!("{picture}-00044.png"));
+            let to = self.folder.join(format!("{name}-{picture}.png"));
+            fs::copy(&from, &to).map_err(|e| format!("{}: {e}", from.display()))?;
+        }
+        Ok(())
+    }
+}
+
+fn write(path: &Path, text: String) -> Result<(), String> {
+    fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+fn read_json(path: &Path) -> Result<Value, String> {
+    let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 fn walk(scene: &[String]) -> Command {
@@ -269,28 +364,14 @@ fn orbit([x, y, z]: [f64; 3], radius: f64, degrees: f64) -> String {
     text
 }
 
-/// The arguments with the folder of data in place of `@` and that of paths in place of `!`; `None` if the file is not there.
-fn placed(arguments: &[&str], data: Option<&Path>, paths: &Path) -> Option<Vec<String>> {
-    let one = |argument: &&str| match argument.strip_prefix("@/") {
-        None => Some(match argument.strip_prefix('!') {
-            Some(name) => paths.join(name).display().to_string(),
-            None => (*argument).to_owned(),
-        }),
-        Some(file) => {
-            let path: PathBuf = data?.join(file);
-            path.is_file().then(|| path.display().to_string())
-        }
-    };
-    arguments.iter().map(one).collect()
-}
-
 fn tables(reports: &[(&Case, Value)]) -> String {
     let mut text = String::from(
         "# Tables of Bala, Walter & Greenberg 2003, made anew\n\n\
          Written by `cargo xtask figures bwg03 --data FOLDER`, with the figures beside this file. The paper's numbers, in\n\
          brackets, come from a 2.8 GHz Pentium 4 for the display and four to ten processors for the shader; ours from one machine\n\
          with two cores that do both in turn (lockstep). Pictures have 512 x 512 pixels, walks 45 frames; numbers are those of the\n\
-         median frame.\n\n\
+         median frame. Times are of the machine as it was when they were taken, with whatever ran beside; the numbers of a row come\n\
+         from one run.\n\n\
          ## Table 1: scenes\n\n| scene | triangles | mesh edges | shader |\n|---|---|---|---|\n",
     );
     for (case, report) in reports {

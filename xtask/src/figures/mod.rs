@@ -5,7 +5,9 @@ mod bwg03;
 mod curves;
 mod of99;
 
-/// `cargo xtask figures of99`, `cargo xtask figures accuracy`, `cargo xtask figures economies [--data FOLDER]`, `cargo xtask figures bwg03 [--data FOLDER]`
+const USAGE: &str = "usage: cargo xtask figures of99 | accuracy | economies [--data FOLDER] | bwg03 [--data FOLDER] [tables | FIGURE]";
+
+/// `cargo xtask figures`; see [`USAGE`].
 pub(crate) fn run(args: &[String]) -> Result<(), String> {
     match args {
         [name] if name == "of99" => of99::run(),
@@ -14,11 +16,13 @@ pub(crate) fn run(args: &[String]) -> Result<(), String> {
         [name, flag, folder] if name == "economies" && flag == "--data" => {
             accuracy::run_economies(Some(folder.as_ref()))
         }
-        [name] if name == "bwg03" => bwg03::run(None),
-        [name, flag, folder] if name == "bwg03" && flag == "--data" => bwg03::run(Some(folder.as_ref())),
-        _ => Err(
-            "usage: cargo xtask figures of99 | accuracy | economies [--data FOLDER] | bwg03 [--data FOLDER]"
-                .to_owned(),
-        ),
+        [name, rest @ ..] if name == "bwg03" => match rest {
+            [] => bwg03::run(None, None),
+            [flag, folder] if flag == "--data" => bwg03::run(Some(folder.as_ref()), None),
+            [only] => bwg03::run(None, Some(only)),
+            [flag, folder, only] if flag == "--data" => bwg03::run(Some(folder.as_ref()), Some(only)),
+            _ => Err(USAGE.to_owned()),
+        },
+        _ => Err(USAGE.to_owned()),
     }
 }

@@ -83,6 +83,9 @@ impl Traced {
 
 impl Walk {
     /// Works the summary out.
+    ///
+    /// `raytraced` are the times of ray-traced pictures in their order. The first counts only if there is no other: records of
+    /// irradiance are made in it that a walk would have.
     pub(crate) fn finish(&mut self, renderer: &FrameRenderer, raytraced: &[Seconds]) {
         let stages = FrameReport::default().ms.named();
         let median_ms = stages.iter().enumerate().map(|(i, (name, _))| {
@@ -108,7 +111,11 @@ impl Walk {
         let pixels = f64::from(self.size.0) * f64::from(self.size.1);
         let counts = self.frames.iter().skip(1);
         let new_samples = median(counts.map(|line| line.report.new_points as f64));
-        let picture = (!raytraced.is_empty()).then(|| medians(raytraced));
+        let timed = match raytraced {
+            [_, later @ ..] if !later.is_empty() => later,
+            all => all,
+        };
+        let picture = (!timed.is_empty()).then(|| medians(timed));
         self.summary = Summary {
             median_ms,
             fps: 1e3 / total,

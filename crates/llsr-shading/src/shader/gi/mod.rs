@@ -46,6 +46,10 @@ use lattice::{LEVELS, Lattice, LineKey, PlaceKey};
 use path::{Beacon, Paths};
 use record::{Fan, Record};
 
+/// What coarse levels may leave open of a point's light, as a share, without a finer level being asked: records of that would
+/// hardly show.
+const LEFT_OPEN: f64 = 0.1;
+
 /// How global illumination is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GiSettings {
@@ -252,9 +256,10 @@ impl Batch<'_> {
                 let taken = left * f64::min(1.0, 1.5 * cover);
                 sum += found * (taken / cover);
                 weight += taken;
-                left -= taken;
+                // Less by a little for all, so that nothing jumps where it comes to nothing.
+                left = (left - taken - LEFT_OPEN) / (1.0 - LEFT_OPEN);
             }
-            if left < 1e-3 {
+            if left <= 0.0 {
                 break;
             }
         }
