@@ -4,15 +4,16 @@ use std::cell::Cell;
 
 use glam::DVec3;
 use llsr_edges::{DroppedEdge, ImportanceReport, ShadowEdges, ShadowScene};
+use llsr_quadrature::Receiver;
 use llsr_scene::{LightId, Scene};
-use llsr_shading::{DirectLight, Pixel, Scratch, Settings, Statistics, SurfacePoint};
+use llsr_shading::{DirectLight, Pixel, PreparedLights, Scratch, Settings, Statistics, SurfacePoint};
 use llsr_tracer::Tracer;
 use rayon::prelude::*;
 
 /// Drops the shadow edges of lights that together give less than `threshold` of the light there, judged by three rays to each
 /// stronger light at most.
 ///
-/// See [`ShadowEdges::drop_unimportant`]. Cost: one ray for each edge, some ten nanoseconds for each light, and a few rays for
+/// See [`ShadowEdges::drop_unimportant`]. Cost: for each edge one ray and some 60 nanoseconds for each light, and a few rays for
 /// those that seem unimportant.
 pub fn drop_outshone(
     scene: &Scene,
@@ -33,16 +34,19 @@ pub fn drop_outshone(
         }
         known.get().1
     };
-    let past = |light: LightId, point: DVec3, normal: DVec3, visible: &dyn Fn(DVec3) -> bool| {
-        let shaded = shading_normal(point, normal);
-        scene.lights[light.index()].rough_irradiance_past(point, shaded, |place| {
-            normal.dot(place - point) > 0.0 && visible(place)
-        })
+    let lights = PreparedLights::new(&scene.lights, &scene.materials, &Settings::default());
+    let receiver = |point: DVec3, normal: DVec3| Receiver {
+        position: point,
+        normal: shading_normal(point, normal),
     };
-    let free = |light: LightId, point: DVec3, normal: DVec3| past(light, point, normal, &|_| true);
+    let free = |light: LightId, point: DVec3, normal: DVec3| {
+        lights.free_irradiance(light, &receiver(point, normal), normal)
+    };
     let received = |light: LightId, point: DVec3, normal: DVec3| {
         let from = point + normal * above;
-        past(light, point, normal, &|place| !tracer.occluded(from, place))
+        lights.irradiance_past(light, &receiver(point, normal), normal, |place| {
+            !tracer.occluded(from, place)
+        })
     };
     shadows.drop_unimportant(prepared, threshold, free, received)
 }

@@ -3,8 +3,9 @@
 use glam::{DVec3, Vec3};
 use llsr_edges::{DroppedEdge, ShadowEdges, ShadowOptions, ShadowScene};
 use llsr_epr::{drop_outshone, dropped_contrast};
+use llsr_quadrature::Receiver;
 use llsr_scene::{LightId, LinearLight, Material, Mesh, Scene};
-use llsr_shading::Settings;
+use llsr_shading::{PreparedLights, Settings};
 use llsr_tracer::Tracer;
 
 /// A strong tube over a floor, of which a table takes its light, and a weak one that shines below the table too; posts stand
@@ -67,8 +68,11 @@ fn what_is_dropped_is_not_seen_and_what_hides_the_strong_light_is_asked() {
 
     // Without asking, the measurement says what is lost.
     let mut edges = all.clone();
-    let rough = |light: LightId, p: DVec3, n: DVec3| scene.lights[light.index()].rough_irradiance(p, n);
-    let report = edges.drop_unimportant(&prepared, threshold, rough, rough);
+    let lights = PreparedLights::new(&scene.lights, &scene.materials, &Settings::default());
+    let free = |light: LightId, position: DVec3, normal: DVec3| {
+        lights.free_irradiance(light, &Receiver { position, normal }, normal)
+    };
+    let report = edges.drop_unimportant(&prepared, threshold, free, free);
     let trusted = measure(&report.sample);
     assert!(
         below_table(&edges) < below_table(&all),
@@ -79,4 +83,40 @@ fn what_is_dropped_is_not_seen_and_what_hides_the_strong_light_is_asked() {
         measure(&[]).measured == 0 && measure(&[]).mean == 0.0,
         "nothing to measure"
     );
+}
+
+/// A strong tube that stands on a wall with one end, as in a fixture's cap, sends nothing along itself: however near its end is, it does
+/// not outshine what falls on the wall around it.
+#[test]
+fn a_light_seen_end_on_outshines_nothing() {
+    let mut scene = Scene::new("cap");
+    let grey = scene.add_material(Material::diffuse("grey", Vec3::splat(0.5)));
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
+    scene.add_mesh(Mesh::quad("wall", corners, grey));
+    // Its shadow's edges pass within millimetres of the foot of the strong tube.
+    let (low, high) = (Vec3::new(-0.001, -0.5, 0.3), Vec3::new(0.001, 0.5, 0.32));
+    scene.add_mesh(Mesh::cuboid("strip", low, high, grey));
+    scene.add_light(LinearLight::new(
+        "strong",
+        DVec3::Z * 0.002,
+        DVec3::new(0.0, 0.0, 0.25),
+        10_000.0,
+    ));
+    let (a, b) = (DVec3::new(0.0, -0.6, 2.0), DVec3::new(0.0, 0.6, 2.0));
+    scene.add_light(LinearLight::new("weak", a, b, 3000.0));
+    let (tracer, _) = Tracer::new(&scene);
+    let (prepared, _) = ShadowScene::new(&scene, ShadowOptions::default());
+    let all = ShadowEdges::compute(&prepared, prepared.all_triples());
+    let threshold = 0.01;
+    let mut edges = all.clone();
+    let report = drop_outshone(&scene, &tracer, &prepared, &mut edges, threshold);
+    let seen = dropped_contrast(&scene, &tracer, &Settings::default(), &report.sample, threshold);
+    assert_eq!(seen.above, 0, "{seen:?}");
+    let near = |edges: &ShadowEdges| {
+        let weak = edges.iter().filter(|e| e.triple.light == LightId(1));
+        weak.filter(|e| e.segment.iter().all(|p| p.z.abs() < 1e-4))
+            .count()
+    };
+    assert!(near(&all) > 1, "{}", near(&all));
+    assert_eq!(near(&edges), near(&all));
 }

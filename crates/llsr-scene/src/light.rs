@@ -180,44 +180,6 @@ impl Light {
         }
     }
 
-    /// Roughly what a surface at `point` (m) with the unit `normal` receives of the light if nothing hides it: from three
-    /// places of it, as if each shone alike into all directions.
-    ///
-    /// Right up to a factor that is the same for all lights, so only good for comparing lights at one point, to leave out
-    /// those that hardly matter there. Not a number in an end or the middle of the light.
-    ///
-    /// ```
-    /// use glam::DVec3;
-    /// use llsr_scene::{Light, LinearLight};
-    ///
-    /// let tube: Light = LinearLight::new("tube", DVec3::new(-0.5, 2.0, 0.0), DVec3::new(0.5, 2.0, 0.0), 3000.0).into();
-    /// let below = |depth: f64| tube.rough_irradiance(DVec3::new(0.0, 2.0 - depth, 0.0), DVec3::Y);
-    /// assert!((below(100.0) / below(200.0) - 4.0).abs() < 1e-3, "far away it falls with the square of the distance");
-    /// assert_eq!(tube.rough_irradiance(DVec3::ZERO, -DVec3::Y), 0.0, "a surface that faces away receives nothing");
-    /// ```
-    pub fn rough_irradiance(&self, point: DVec3, normal: DVec3) -> f64 {
-        self.rough_irradiance_past(point, normal, |_| true)
-    }
-
-    /// The same from those of the three places that are `visible`, which is asked of places in front of the surface only.
-    pub fn rough_irradiance_past(
-        &self,
-        point: DVec3,
-        normal: DVec3,
-        mut visible: impl FnMut(DVec3) -> bool,
-    ) -> f64 {
-        let (a, b) = self.ends();
-        let mut sum = 0.0;
-        for place in [a, 0.5 * (a + b), b] {
-            let to = place - point;
-            let (square, cosine) = (to.length_squared(), normal.dot(to));
-            if cosine > 0.0 && visible(place) {
-                sum += cosine / (square * square.sqrt());
-            }
-        }
-        self.flux() * sum
-    }
-
     /// The two ends of the light; equal for a point light, opposite corners or points of the rim for an area.
     pub fn ends(&self) -> (DVec3, DVec3) {
         match self {

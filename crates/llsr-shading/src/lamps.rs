@@ -1,7 +1,10 @@
 //! Lights as the quadrature sees them.
 
 use glam::DVec3;
-use llsr_quadrature::{DiscLight, Emission, GaussRule, LineAxis, LineLight, RectLight, TubeLight};
+use llsr_quadrature::{
+    DiscLight, Emission, GaussRule, LineAxis, LineIrradiance, LineLight, Receiver, RectLight, TubeLight,
+    horizon_clip,
+};
 use llsr_scene::{AreaShape, EmissionLaw, Light, LightId, LinearLight, Material};
 
 use crate::{Method, Settings};
@@ -90,6 +93,96 @@ impl PreparedLights {
         self.hulls[id.index()] = source.hull();
         self.sources[id.index()] = source;
     }
+
+    /// What a diffuse surface receives of a light if nothing hides it (lux or W/m2), where the light is on the side of the surface
+    /// to which `facing` points (its geometric normal; the receiver's may be a shading normal).
+    ///
+    /// The closed form for lines; tubes, rectangles and discs are taken as the one line that stands best for them. Cost: some 60 ns.
+    ///
+    /// # Panics
+    /// If there is no such light.
+    pub fn free_irradiance(&self, light: LightId, receiver: &Receiver, facing: DVec3) -> f64 {
+        match self.stretch(light, receiver, facing) {
+            Some(Stretch {
+                irradiance,
+                t: [a, b],
+                ..
+            }) => irradiance.panel(a, b),
+            None => 0.0,
+        }
+    }
+
+    /// The same from those thirds of the part above the surface whose middle is `visible`.
+    ///
+    /// An estimate where a third is hidden in part, never more than [`free_irradiance`](Self::free_irradiance) but for rounding.
+    /// Cost: that and three questions at most.
+    ///
+    /// # Panics
+    /// If there is no such light.
+    pub fn irradiance_past(
+        &self,
+        light: LightId,
+        receiver: &Receiver,
+        facing: DVec3,
+        mut visible: impl FnMut(DVec3) -> bool,
+    ) -> f64 {
+        let Some(Stretch {
+            line,
+            irradiance,
+            t: [a, b],
+        }) = self.stretch(light, receiver, facing)
+        else {
+            return 0.0;
+        };
+        let thirds = if line.a == line.b { 1 } else { 3 };
+        let at = |sixths: i32| a + (b - a) * f64::from(sixths) / f64::from(2 * thirds);
+        (0..thirds)
+            .filter(|third| visible(line.point(at(2 * third + 1))))
+            .map(|third| irradiance.panel(at(2 * third), at(2 * third + 2)))
+            .sum()
+    }
+
+    fn stretch(&self, light: LightId, receiver: &Receiver, facing: DVec3) -> Option<Stretch> {
+        let middle = [(0.5, 1.0)];
+        let (line, axis) = match &self.sources[light.index()] {
+            Source::Dark => None,
+            Source::Point { line, .. } => Some((*line, None)),
+            Source::Line { line, axis } => Some((*line, Some(axis))),
+            Source::Tube(tube) => tube
+                .lines(receiver.position, middle)
+                .next()
+                .map(|line| (line, None)),
+            Source::Rect(rect) => rect
+                .lines(receiver.position, middle)
+                .next()
+                .map(|line| (line, None)),
+            Source::Disc(disc) => disc
+                .lines(receiver.position, middle)
+                .next()
+                .map(|line| (line, None)),
+        }?;
+        let side = Receiver {
+            normal: facing,
+            ..*receiver
+        };
+        let (a, b) = horizon_clip(&side, line.a, line.b)?;
+        let irradiance = match axis {
+            Some(axis) => LineIrradiance::along(receiver, axis),
+            None => LineIrradiance::new(receiver, &line),
+        };
+        Some(Stretch {
+            line,
+            irradiance,
+            t: [a, b],
+        })
+    }
+}
+
+/// The part of a line light above a surface.
+struct Stretch {
+    line: LineLight,
+    irradiance: LineIrradiance,
+    t: [f64; 2],
 }
 
 fn source(light: &Light, dark_too: bool) -> Source {
@@ -151,6 +244,120 @@ fn source(light: &Light, dark_too: bool) -> Source {
                 flux,
             };
             Source::Point { position, line }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use llsr_scene::{AreaLight, MaterialId, ObjectId, PointLight, Scene};
+    use llsr_tracer::Tracer;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{DirectLight, Pixel, Scratch, Statistics, SurfacePoint};
+
+    fn lights() -> Vec<Light> {
+        let (a, b) = (DVec3::new(-0.6, 2.5, 0.2), DVec3::new(0.7, 2.2, 0.0));
+        let tube = LinearLight::new("tube", a, b, 3000.0);
+        let area = |name: &str, shape| {
+            Light::from(AreaLight {
+                name: name.to_owned(),
+                shape,
+                flux: 800.0,
+                color: Vec3::ONE,
+            })
+        };
+        vec![
+            tube.clone().into(),
+            LinearLight {
+                emission: EmissionLaw::Isotropic,
+                ..tube.clone()
+            }
+            .into(),
+            LinearLight { radius: 0.02, ..tube }.into(),
+            PointLight {
+                name: "point".to_owned(),
+                position: a,
+                flux: 500.0,
+                color: Vec3::ONE,
+            }
+            .into(),
+            area(
+                "rect",
+                AreaShape::Rect {
+                    corner: DVec3::new(-0.1, 2.0, -0.1),
+                    along: DVec3::X * 0.3,
+                    across: DVec3::Z * 0.2,
+                },
+            ),
+            area(
+                "disc",
+                AreaShape::Disc {
+                    center: DVec3::Y * 3.0,
+                    normal: DVec3::NEG_Y,
+                    radius: 0.15,
+                },
+            ),
+        ]
+    }
+
+    proptest! {
+        /// Beside what the renderer itself finds in an empty scene: closed forms alike, areas from one line in place of many.
+        #[test]
+        fn free_irradiance_is_that_of_an_empty_scene(
+            position in prop::array::uniform3(-2.0..2.0f64),
+            toward in prop::array::uniform3(-1.0..1.0f64),
+            shown in 0usize..8,
+        ) {
+            let (position, facing) = (DVec3::from(position) * DVec3::new(1.0, 0.5, 1.0), DVec3::from(toward));
+            prop_assume!(facing.length() > 0.1);
+            let facing = facing.normalize();
+            let lights = lights();
+            let settings = Settings::default();
+            let materials = [Material::diffuse("grey", Vec3::ONE)];
+            let prepared = PreparedLights::new(&lights, &materials, &settings);
+            let (tracer, _) = Tracer::new(&Scene::default());
+            let direct = DirectLight::prepared(&prepared, &tracer, &settings);
+            let mut states = Vec::new();
+            let surface = SurfacePoint {
+                position,
+                origin: position,
+                geometric_normal: facing,
+                shading_normal: facing,
+                to_viewer: facing,
+                distance: 1.0,
+                albedo: Vec3::ONE,
+                emission: Vec3::ZERO,
+                object: ObjectId(0),
+                material: MaterialId(0),
+            };
+            let receiver = Receiver { position, normal: facing };
+            let toward_lights = (DVec3::Y * 2.4 - position).normalize();
+            let mut all = Vec::new();
+            direct.shade_point(&surface, Pixel::default(), &mut states, &mut Scratch::default(), &mut Statistics::default(),
+                |id, answer| all.push((id, answer.irradiance)));
+            for (id, truth) in all {
+                let free = prepared.free_irradiance(id, &receiver, facing);
+                let exact = id.index() < 2 || id.index() == 3;
+                // At a grazing angle the area's rim counts, which its middle line does not have.
+                let head_on = prepared.free_irradiance(id, &Receiver { position, normal: toward_lights }, toward_lights);
+                let tolerance = if exact { 1e-9 * truth.max(1e-3) } else { 0.1 * truth.max(head_on) };
+                prop_assert!((free - truth).abs() <= tolerance, "{id:?}: {free} for {truth}");
+                let everything = prepared.irradiance_past(id, &receiver, facing, |_| true);
+                prop_assert!((everything - free).abs() <= 1e-9 * free.max(1e-3), "{id:?}: {everything} for {free}");
+                // Of what is hidden nothing comes, and the thirds add up.
+                let pass = |inverted: bool| {
+                    let mut asked = 0;
+                    prepared.irradiance_past(id, &receiver, facing, |_| {
+                        asked += 1;
+                        (shown >> (asked - 1) & 1 == 1) != inverted
+                    })
+                };
+                prop_assert!((pass(false) + pass(true) - free).abs() <= 1e-9 * free.max(1e-3));
+                prop_assert_eq!(prepared.irradiance_past(id, &receiver, facing, |_| false), 0.0);
+            }
         }
     }
 }
