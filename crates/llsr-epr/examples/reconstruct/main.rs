@@ -7,6 +7,7 @@
 //! and for samples of which half go where interpolation wants them (section 5.3). With PREFIX it writes the pictures, and keeps the
 //! reference, which takes longest, for the next time.
 
+mod progress;
 mod sampling;
 mod show;
 mod visible;
@@ -30,6 +31,7 @@ use llsr_testkit::epi::blind::{ScreenSample, edge_blind};
 use llsr_testkit::epi::triangulation::Triangulated;
 use llsr_tracer::Tracer;
 
+use crate::progress::Progress;
 use crate::sampling::{Sampler, Samples, insert};
 use crate::show::{draw_edges, draw_error, write};
 use crate::visible::visible;
@@ -39,6 +41,7 @@ struct View<'a> {
     tracer: &'a Tracer,
     camera: &'a Camera,
     viewport: Viewport,
+    progress: Progress,
 }
 
 impl View<'_> {
@@ -94,6 +97,7 @@ impl View<'_> {
         edges.find(view, None, &mut SceneScratch::default(), &mut found);
         let mut segments = found.segments().to_vec();
         let surfaces = segments.len();
+        self.progress.ended("edges of surfaces");
         let shadows = narrow_shadow_edges(
             self.scene,
             self.tracer,
@@ -103,6 +107,7 @@ impl View<'_> {
             self.viewport,
         );
         segments.extend(shadows.segments);
+        self.progress.ended("edges of narrow shadows");
         (segments, surfaces)
     }
 }
@@ -176,6 +181,7 @@ fn report(
     let reference = Image::new(w, h, truth).ok()?;
     let white = percentile(reference, 98.0);
     let pieces = visible(view, segments);
+    view.progress.ended("visible parts of edges");
     let mut image = EdgePointImage::new(width, height, EpiSettings::default()).ok()?;
 
     let mut all = EdgeList::new(width, height);
@@ -186,6 +192,7 @@ fn report(
     list.extend(&pieces.iter().map(|&[a, b]| in_front(a, b)).collect::<Vec<_>>());
     let (interpolated, made, _) = edges_and_points(&mut image, samples, &list, None);
 
+    view.progress.ended("edge-and-point images");
     let plain: Vec<ScreenSample> = samples.iter().map(|(sample, _)| *sample).collect();
     let start = ThreadTime::now();
     let blind = Made {
@@ -193,6 +200,7 @@ fn report(
         colours: edge_blind(w, h, &plain, [18.0, 6.0, 1.0]),
         time: start.elapsed(),
     };
+    view.progress.ended("without edges");
     let start = ThreadTime::now();
     let mesh = Triangulated::new(&plain, &pieces);
     let colours = mesh.picture(w, h);
@@ -201,6 +209,7 @@ fn report(
         colours: colours.into_iter().map(Option::unwrap_or_default).collect(),
         time: start.elapsed(),
     };
+    view.progress.ended("triangulation");
     let full = Made {
         what: "16 subsamples in every pixel",
         colours: sixteen.to_vec(),
@@ -280,15 +289,18 @@ fn run(
         tracer: &tracer,
         camera: scene.cameras.first()?,
         viewport,
+        progress: Progress::start(),
     };
     let truth = view.kept(subsamples, prefix)?;
     let sixteen = view.kept(16, prefix)?;
+    view.progress.ended("reference and 16 subsamples");
     let settings = Settings::default();
     let mut sampler = Sampler::new(&view, &settings);
 
     let mut triples = Vec::new();
     let scattered = sampler.scattered(density);
     let samples = sampler.shade(&scattered, &mut triples);
+    view.progress.ended("samples");
     let (segments, surfaces) = view.edges(triples);
     println!(
         "{name} at {width}x{width}: {} samples, {surfaces} edges of surfaces, {} of shadows",
