@@ -18,11 +18,11 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use glam::{Vec2, Vec3};
-use llsr_edges::{SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView};
+use llsr_edges::{SceneEdgeOptions, SceneEdges};
 use llsr_epi::{
     EdgeList, EdgePointImage, Occlusion, Picture, PixelClass, ScreenSegment, Settings as EpiSettings,
 };
-use llsr_epr::narrow_shadow_edges;
+use llsr_epr::{narrow_shadow_edges, view_edges};
 use llsr_io::{LoadOptions, load_scene};
 use llsr_metrics::{Image, Options, compare, percentile, srgb_encode};
 use llsr_scene::{Camera, Scene, Triple, Viewport, demo};
@@ -88,16 +88,10 @@ impl View<'_> {
 
     /// All edges of the view and, of `triples`, those of narrow shadows; the number of the former.
     fn edges(&self, triples: Vec<Triple>) -> (Vec<[Vec3; 2]>, usize) {
-        let edges = SceneEdges::new(self.scene, &SceneEdgeOptions::with_crease_degrees(30.0));
-        let mut found = SceneFound::default();
-        let view = SceneView::Picture {
-            camera: self.camera,
-            viewport: self.viewport,
-        };
-        edges.find(view, None, &mut SceneScratch::default(), &mut found);
-        let mut segments = found.segments().to_vec();
+        let mut segments = view_edges(self.scene, self.camera, self.viewport, CREASE);
         let surfaces = segments.len();
         self.progress.ended("edges of surfaces");
+        let edges = SceneEdges::new(self.scene, &SceneEdgeOptions::with_crease_degrees(CREASE));
         let shadows = narrow_shadow_edges(
             self.scene,
             self.tracer,
@@ -111,6 +105,9 @@ impl View<'_> {
         (segments, surfaces)
     }
 }
+
+/// Angle (degrees) between two faces from which their common edge counts.
+const CREASE: f64 = 30.0;
 
 /// What one way made of the samples.
 struct Made {
