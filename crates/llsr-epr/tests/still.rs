@@ -98,6 +98,40 @@ fn light_does_not_leak_over_a_silhouette() {
     );
 }
 
+#[test]
+fn where_a_box_runs_into_a_wall_there_is_an_edge() {
+    let mut scene = two_planes();
+    let material = MaterialId(0);
+    let (half, depth) = (0.6, 0.5);
+    scene.objects.truncate(1);
+    let (from, to) = (Vec3::new(-half, -half, -depth), Vec3::new(half, half, depth));
+    scene.add_mesh(Mesh::cuboid("box", from, to, material));
+    scene.cameras[0] = Camera::look_at(
+        "aside",
+        DVec3::new(3.0, 2.0, 5.0),
+        DVec3::ZERO,
+        DVec3::Y,
+        FieldOfView::vertical_degrees(30.0),
+    );
+    let settings = StillSettings {
+        shadow_edges: false,
+        ..sparse()
+    };
+    let made = still(&scene, &settings);
+    let edges = made.film.channel("edges.Y").expect("asked for");
+    // The sides of the box that the camera sees meet the wall at x = 0.6 and at y = 0.6.
+    for i in 0..20 {
+        let along = f64::from(half) * (0.095 * f64::from(i) - 0.9);
+        for place in [[f64::from(half), along], [along, f64::from(half)]] {
+            let (x, y, _) = scene.cameras[0]
+                .project(VIEWPORT, DVec3::new(place[0], place[1], 0.0))
+                .expect("in the picture");
+            let index = y as usize * VIEWPORT.width as usize + x as usize;
+            assert!(edges[index] > 0.0, "no edge at {place:?}, pixel ({x}, {y})");
+        }
+    }
+}
+
 /// The room of a few primitives and meshes that the other tests look at.
 fn still_life() -> Scene {
     let mut scene = Scene::new("still life");
