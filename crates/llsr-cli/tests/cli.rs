@@ -1,48 +1,17 @@
 //! The program as a user meets it: exit codes, files, reports and messages.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
+use llsr_testkit::program::{Ended, Program, json};
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn llsr(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_llsr"))
-        .current_dir(folder)
-        .args(args)
-        .output()
-        .expect("the program was built with this test")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Runs and demands success; returns what was printed.
-fn ok(folder: &Path, args: &[&str]) -> String {
-    let output = llsr(folder, args);
-    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
-    text(&output.stdout)
-}
-
-/// Runs and demands the exit code; returns the message.
-fn fails(folder: &Path, args: &[&str], code: i32) -> String {
-    let output = llsr(folder, args);
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
-    assert!(!message.contains("panicked"), "{args:?}: {message}");
-    message
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).expect("the report was written")).expect("it is JSON")
-}
+const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &[]);
 
 #[test]
 fn without_a_command_the_subway_is_rendered_and_the_newcomer_told_what_is_next() {
     let folder = TempDir::new().expect("a folder");
-    let said = ok(folder.path(), &[]);
+    let said = LLSR.ok(folder.path(), &[]);
     assert!(
         said.contains("demo:subway") && said.contains("Try next"),
         "{said}"
@@ -75,7 +44,7 @@ fn a_picture_does_not_depend_on_the_number_of_threads() {
                 "--aov",
                 aov,
             ];
-            ok(
+            LLSR.ok(
                 folder.path(),
                 &[&args[..], &["-o", &name, "--threads", threads]].concat(),
             );
@@ -105,7 +74,7 @@ fn the_seed_matters_to_a_random_method() {
             "--seed",
             seed,
         ];
-        ok(folder.path(), &args);
+        LLSR.ok(folder.path(), &args);
         fs::read(folder.path().join("a.exr")).expect("the picture")
     };
     assert_ne!(render("1"), render("2"), "two seeds give two pictures");
@@ -126,7 +95,7 @@ fn a_report_has_the_stated_keys_and_adds_up() {
         "--report",
         "r.json",
     ];
-    ok(folder.path(), &args);
+    LLSR.ok(folder.path(), &args);
     let report = json(&folder.path().join("r.json"));
     for key in [
         "triangles",
@@ -179,12 +148,12 @@ fn a_report_has_the_stated_keys_and_adds_up() {
 fn equal_pictures_differ_by_nothing_and_a_heat_map_is_written() {
     let folder = TempDir::new().expect("a folder");
     for (name, method) in [("a.exr", "rsb"), ("b.exr", "hpd")] {
-        ok(
+        LLSR.ok(
             folder.path(),
             &["render", "demo:wall", "--size", "48x48", "-m", method, "-o", name],
         );
     }
-    ok(
+    LLSR.ok(
         folder.path(),
         &["diff", "a.exr", "a.exr", "--report", "same.json", "--quiet"],
     );
@@ -192,7 +161,7 @@ fn equal_pictures_differ_by_nothing_and_a_heat_map_is_written() {
     for key in ["rmse", "rel_rmse", "max", "flip"] {
         assert_eq!(same[key], 0.0, "{key}");
     }
-    ok(
+    LLSR.ok(
         folder.path(),
         &[
             "diff",
@@ -242,7 +211,7 @@ fn wrong_command_lines_exit_with_two_and_say_what_is_wrong() {
         (&["frobnicate"], "frobnicate"),
     ];
     for (args, wanted) in cases {
-        let message = fails(folder.path(), args, 2);
+        let message = LLSR.fails(folder.path(), args, 2);
         assert!(message.contains(wanted), "{args:?}: {message}");
     }
     let left: Vec<_> = fs::read_dir(folder.path()).expect("a folder").collect();
@@ -254,16 +223,17 @@ fn work_that_fails_exits_with_one_and_leaves_nothing_behind() {
     let folder = TempDir::new().expect("a folder");
     let dark = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     fs::write(folder.path().join("dark.obj"), dark).expect("a file");
-    let message = fails(folder.path(), &["render", "dark.obj"], 1);
+    let message = LLSR.fails(folder.path(), &["render", "dark.obj"], 1);
     assert!(
         message.contains("no light") && message.contains("--line-light"),
         "{message}"
     );
     assert!(
-        fails(folder.path(), &["render", "missing.glb"], 1).contains("missing.glb"),
+        LLSR.fails(folder.path(), &["render", "missing.glb"], 1)
+            .contains("missing.glb"),
         "the file is named"
     );
-    let message = fails(
+    let message = LLSR.fails(
         folder.path(),
         &["render", "--size", "8x8", "-o", "no/such/folder/a.png"],
         1,
@@ -294,7 +264,7 @@ fn a_light_from_the_command_line_lights_a_file() {
         "--aov",
         "irradiance",
     ];
-    ok(
+    LLSR.ok(
         folder.path(),
         &[
             &args[..],
@@ -333,7 +303,7 @@ fn a_light_from_the_command_line_lights_a_file() {
 #[test]
 fn info_lists_what_was_read() {
     let folder = TempDir::new().expect("a folder");
-    let said = ok(folder.path(), &["info", "demo:subway", "--report", "info.json"]);
+    let said = LLSR.ok(folder.path(), &["info", "demo:subway", "--report", "info.json"]);
     for wanted in ["tube far", "tube near", "camera", "metres", "lux", "seat"] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }
@@ -344,21 +314,21 @@ fn info_lists_what_was_read() {
 #[test]
 fn every_demo_is_listed_and_survives_a_trip_through_gltf() {
     let folder = TempDir::new().expect("a folder");
-    let listed = ok(folder.path(), &["demo"]);
+    let listed = LLSR.ok(folder.path(), &["demo"]);
     for demo in llsr_scene::demo::DEMOS
         .iter()
         .filter(|demo| demo.build().triangle_count() < 5000)
     {
         assert!(listed.contains(demo.name), "{}: {listed}", demo.name);
-        ok(folder.path(), &["demo", demo.name, "-o", "demo.gltf"]);
+        LLSR.ok(folder.path(), &["demo", demo.name, "-o", "demo.gltf"]);
         let name = format!("demo:{}", demo.name);
         for (scene, out) in [(name.as_str(), "direct.exr"), ("demo.gltf", "file.exr")] {
-            ok(
+            LLSR.ok(
                 folder.path(),
                 &["render", scene, "--size", "64x64", "-o", out, "--quiet"],
             );
         }
-        ok(
+        LLSR.ok(
             folder.path(),
             &["diff", "file.exr", "direct.exr", "--report", "d.json", "--quiet"],
         );
@@ -373,13 +343,14 @@ fn every_demo_is_listed_and_survives_a_trip_through_gltf() {
 #[test]
 fn quiet_says_nothing() {
     let folder = TempDir::new().expect("a folder");
-    let output = llsr(
+    let ended = LLSR.run(
         folder.path(),
         &["render", "demo:wall", "--size", "16x16", "-q", "-o", "a.png"],
     );
-    assert!(
-        output.stdout.is_empty() && output.stderr.is_empty(),
-        "{}",
-        text(&output.stderr)
-    );
+    let silent = Ended {
+        code: Some(0),
+        out: String::new(),
+        err: String::new(),
+    };
+    assert_eq!(ended, silent, "quiet");
 }

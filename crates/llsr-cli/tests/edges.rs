@@ -3,37 +3,14 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
-use serde_json::Value;
+use llsr_testkit::program::{Program, json};
 use tempfile::TempDir;
 
-fn llsr(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_llsr"))
-        .current_dir(folder)
-        .arg("edges")
-        .args(args)
-        .output()
-        .expect("the program was built with this test")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Runs and demands success; returns what was printed.
-fn ok(folder: &Path, args: &[&str]) -> String {
-    let output = llsr(folder, args);
-    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
-    text(&output.stdout)
-}
+const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &["edges"]);
 
 fn read(folder: &Path, name: &str) -> String {
-    fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-}
-
-fn report(folder: &Path, name: &str) -> Value {
-    serde_json::from_str(&read(folder, name)).expect("it is JSON")
+    llsr_testkit::program::read(&folder.join(name))
 }
 
 /// The ids of the groups of an SVG file, in order.
@@ -84,7 +61,7 @@ const FRONT: [&str; 7] = [
 fn a_drawing_has_a_layer_a_class_and_needs_no_light() {
     let folder = TempDir::new().expect("a folder");
     cube(&folder);
-    let said = ok(folder.path(), &FRONT);
+    let said = LLSR.ok(folder.path(), &FRONT);
     assert!(
         said.contains("wrote edges.svg") && said.contains("4 silhouette"),
         "{said}"
@@ -135,7 +112,7 @@ fn hidden_parts_go_or_are_dashed_and_begin_where_they_should() {
         "--crease",
         "0",
     ];
-    ok(folder.path(), &above);
+    LLSR.ok(folder.path(), &above);
     let without = read(folder.path(), "edges.svg");
     // The fold of the square at half height is a crease with --crease 0, hidden behind the cube but for both ends.
     let fold: Vec<Vec<f64>> = paths(&without, "crease").into_iter().map(numbers).collect();
@@ -157,7 +134,7 @@ fn hidden_parts_go_or_are_dashed_and_begin_where_they_should() {
         "hidden parts are gone"
     );
 
-    ok(
+    LLSR.ok(
         folder.path(),
         &[&above[..], &["--hidden", "-o", "all.svg"]].concat(),
     );
@@ -189,7 +166,7 @@ fn numbers(path: &str) -> Vec<f64> {
 fn lines_in_space_are_where_the_file_has_them() {
     let folder = TempDir::new().expect("a folder");
     cube(&folder);
-    ok(
+    LLSR.ok(
         folder.path(),
         &[&FRONT[..], &["-o", "lines.obj", "--hidden"]].concat(),
     );
@@ -227,10 +204,10 @@ fn an_overlay_is_a_picture_with_dark_lines() {
         &["--format", "png", "-o", "lines.out", "--size", "96x80"],
     ]
     .concat();
-    ok(folder.path(), &named);
+    LLSR.ok(folder.path(), &named);
     let bytes = fs::read(folder.path().join("lines.out")).expect("written");
     assert!(bytes.starts_with(b"\x89PNG"), "the format that was asked for");
-    ok(folder.path(), &["demo:wall", "-o", "lit.png", "--size", "96x80"]);
+    LLSR.ok(folder.path(), &["demo:wall", "-o", "lit.png", "--size", "96x80"]);
     let lit = fs::read(folder.path().join("lit.png")).expect("written");
     assert!(
         lit.starts_with(b"\x89PNG") && lit.len() > 500,
@@ -260,8 +237,8 @@ o floor\nf 1 2 3 4\no plate\nf 5 6 7 8\n";
         "--report",
         "r.json",
     ];
-    ok(folder.path(), &[&base[..], &["-o", "lines.obj"]].concat());
-    let report = report(folder.path(), "r.json");
+    LLSR.ok(folder.path(), &[&base[..], &["-o", "lines.obj"]].concat());
+    let report = json(&folder.path().join("r.json"));
     assert!(
         report["counts"]["umbral"].as_u64() > Some(0) && report["counts"]["penumbral"].as_u64() > Some(0)
     );
@@ -298,7 +275,7 @@ o floor\nf 1 2 3 4\no plate\nf 5 6 7 8\n";
     for (found, expected) in reach.into_iter().zip([1.5, 2.5]) {
         assert!((found - expected).abs() < 1e-4, "{reach:?}");
     }
-    ok(folder.path(), &base);
+    LLSR.ok(folder.path(), &base);
     let svg = read(folder.path(), "edges.svg");
     assert_eq!(
         layers(&svg),
@@ -310,8 +287,8 @@ o floor\nf 1 2 3 4\no plate\nf 5 6 7 8\n";
 #[test]
 fn a_report_has_the_stated_keys() {
     let folder = TempDir::new().expect("a folder");
-    ok(folder.path(), &["demo:subway", "--report", "r.json", "-q"]);
-    let report = report(folder.path(), "r.json");
+    LLSR.ok(folder.path(), &["demo:subway", "--report", "r.json", "-q"]);
+    let report = json(&folder.path().join("r.json"));
     for key in ["silhouette", "crease", "boundary", "hard", "umbral", "penumbral"] {
         assert!(report["counts"][key].is_u64(), "counts.{key} in {report}");
     }
@@ -328,7 +305,7 @@ fn drawings_do_not_depend_on_the_number_of_threads() {
         .iter()
         .map(|threads| {
             let name = format!("{threads}.svg");
-            ok(
+            LLSR.ok(
                 folder.path(),
                 &["demo:subway", "--hidden", "-o", &name, "--threads", threads],
             );
@@ -350,13 +327,10 @@ fn wrong_command_lines_say_what_is_right() {
         (&["cube.obj", "--crease", "NaN"], "0 to 180"),
         (&["cube.obj", "--format", "pdf"], "svg"),
     ] {
-        let output = llsr(folder.path(), args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        let message = text(&output.stderr);
+        let message = LLSR.fails(folder.path(), args, 2);
         assert!(message.contains(named), "{args:?}: {message}");
     }
-    let missing = llsr(folder.path(), &["nothing.obj"]);
-    assert_eq!(missing.status.code(), Some(1), "no such file");
+    LLSR.fails(folder.path(), &["nothing.obj"], 1);
 }
 
 #[test]
@@ -385,18 +359,16 @@ fn broken_meshes_are_drawn_or_named_and_never_a_panic() {
     for (name, obj) in cases {
         let file = format!("{name}.obj");
         fs::write(folder.path().join(&file), obj).expect("a writable folder");
-        let output = llsr(folder.path(), &[&file, "--hidden", "-o", "out.svg"]);
-        let message = text(&output.stderr);
-        assert!(matches!(output.status.code(), Some(0 | 1)), "{name}: {message}");
-        assert!(!message.contains("panicked"), "{name}: {message}");
+        let ended = LLSR.run(folder.path(), &[&file, "--hidden", "-o", "out.svg"]);
+        let message = ended.err;
+        assert!(matches!(ended.code, Some(0 | 1)), "{name}: {message}");
         assert!(
-            output.status.success() || message.contains(&file),
+            ended.code == Some(0) || message.contains(&file),
             "{name}: {message}"
         );
     }
-    let seen = ok(folder.path(), &["loose.obj", "-o", "out.svg", "--crease", "5"]);
+    let seen = LLSR.ok(folder.path(), &["loose.obj", "-o", "out.svg", "--crease", "5"]);
     assert!(seen.contains("4 boundary"), "equal corners are welded: {seen}");
-    let fan = llsr(folder.path(), &["fan.obj", "-o", "out.svg"]);
-    let message = text(&fan.stderr);
+    let message = LLSR.run(folder.path(), &["fan.obj", "-o", "out.svg"]).err;
     assert!(message.contains("more than two faces"), "{message}");
 }

@@ -8,8 +8,11 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use llsr_testkit::program::{Program, json};
 use serde_json::Value;
 use tempfile::TempDir;
+
+const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &[]);
 
 /// Far more than anything here takes, on a busy machine too.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -30,11 +33,11 @@ impl Drop for Walk {
 impl Walk {
     /// Starts a walk that keeps frames in `kept`.
     fn start(folder: &Path, args: &[&str]) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_llsr"))
-            .current_dir(folder)
-            .arg("walk")
-            .args(args)
-            .args(["--quiet", "--keep-frames", "kept"])
+        let child = LLSR
+            .command(
+                folder,
+                &[&["walk"], args, &["--quiet", "--keep-frames", "kept"]].concat(),
+            )
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -116,11 +119,6 @@ fn is_running(process: &str) -> bool {
     run.status().is_ok_and(|status| status.success())
 }
 
-fn report(folder: &Path) -> Value {
-    let text = fs::read_to_string(folder.join("r.json")).expect("the report was written");
-    serde_json::from_str(&text).expect("it is JSON")
-}
-
 #[test]
 fn signals_end_a_walk_at_the_next_frame() {
     for mode in [&["--live"][..], &[]] {
@@ -191,7 +189,7 @@ fn a_shader_killed_in_mid_walk_is_told_and_counted_and_comes_back() {
         let (status, said) = walk.end();
         assert_eq!(status.code(), Some(0), "{mode:?}: {said}");
         assert!(said.contains("the shader lost"), "{mode:?}: {said}");
-        let report = report(folder.path());
+        let report = json(&folder.path().join("r.json"));
         assert!(report["shader_errors"].as_u64() > Some(0), "{mode:?}: counted");
         let last = report["frames"].as_array().expect("frames");
         // A live walk draws from the start, also while the program is still on its way.
@@ -221,7 +219,7 @@ fn the_picture_outlives_a_shader_that_is_given_up() {
     let (status, said) = walk.end();
     assert_eq!(status.code(), Some(0), "{said}");
     assert!(said.contains("given up"), "{said}");
-    let report = report(folder.path());
+    let report = json(&folder.path().join("r.json"));
     let frames = report["frames"].as_array().expect("frames");
     assert_eq!(frames.len(), 400, "the walk went on to its end");
     let last = &frames[399];
@@ -252,9 +250,8 @@ fn a_reader_that_has_gone_does_no_harm() {
         &["demo"],
         &["walk", "--size", "64x48", "--frames", "3", "--report", "r.json"],
     ] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_llsr"))
-            .current_dir(folder.path())
-            .args(args)
+        let mut child = LLSR
+            .command(folder.path(), args)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()

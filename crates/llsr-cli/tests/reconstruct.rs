@@ -2,31 +2,20 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use llsr_testkit::program::{Program, json};
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn render(folder: &Path, args: &[&str]) -> Output {
-    sized(folder, "128x96", args)
-}
+const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &[]);
 
-fn sized(folder: &Path, size: &str, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_llsr"))
-        .current_dir(folder)
-        .args([&["render", "demo:subway", "--quiet", "--size", size], args].concat())
-        .output()
-        .expect("the program was built with this test")
+/// The subway in a size, and what else is asked for.
+fn subway<'a>(size: &'a str, args: &[&'a str]) -> Vec<&'a str> {
+    [&["render", "demo:subway", "--quiet", "--size", size], args].concat()
 }
 
 fn ok(folder: &Path, args: &[&str]) {
-    let output = render(folder, args);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{args:?}: {message}");
-}
-
-fn report(folder: &Path, name: &str) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join(name)).expect("the report")).expect("JSON")
+    LLSR.ok(folder, &subway("128x96", args));
 }
 
 /// Sum of the pixels shaded in all rounds.
@@ -46,7 +35,7 @@ fn density_and_rounds_say_how_many_pixels_are_shaded_and_how_often_it_is_looked(
             folder.path(),
             &[&args[..], &["-o", "a.exr", "--report", "r.json"]].concat(),
         );
-        let report = report(folder.path(), "r.json");
+        let report = json(&folder.path().join("r.json"));
         let made = report["reconstruct"]["shaded"].as_array().expect("a list").len();
         assert_eq!(made.to_string(), rounds, "rounds");
         // Small regions without a sample get one on top.
@@ -82,7 +71,7 @@ fn layers_show_edges_reach_and_samples() {
         let found = image.channels.iter().find(|channel| channel.0 == name);
         &found.unwrap_or_else(|| panic!("no channel {name}")).1
     };
-    let report = report(folder.path(), "r.json");
+    let report = json(&folder.path().join("r.json"));
     let pixels = &report["reconstruct"]["pixels"];
     let edges = channel("edges.Y");
     for (name, value) in [("empty", 0.0), ("simple", 0.5), ("complex", 1.0)] {
@@ -170,13 +159,9 @@ fn few_samples_with_edges_are_nearer_to_the_full_picture_than_without() {
             folder.path(),
             &["--reconstruct", how, "--density", "0.2", "-o", "few.exr"],
         );
-        let output = Command::new(env!("CARGO_BIN_EXE_llsr"))
-            .current_dir(folder.path())
-            .args(["diff", "few.exr", "full.exr", "--quiet", "--report", "d.json"])
-            .output()
-            .expect("the program was built with this test");
-        assert!(output.status.success(), "diff");
-        let report = report(folder.path(), "d.json");
+        let args = ["diff", "few.exr", "full.exr", "--quiet", "--report", "d.json"];
+        LLSR.ok(folder.path(), &args);
+        let report = json(&folder.path().join("d.json"));
         ["psnr", "flip"].map(|name| report[name].as_f64().expect("a number"))
     });
     assert!(
@@ -190,13 +175,8 @@ fn few_samples_with_edges_are_nearer_to_the_full_picture_than_without() {
 fn wrong_values_are_refused_with_a_reason() {
     let folder = TempDir::new().expect("a folder");
     let refused = |size: &str, args: &[&str], reason: &str| {
-        let output = sized(folder.path(), size, args);
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
-        assert!(
-            message.contains(reason) && !message.contains("panicked"),
-            "{args:?}: {message}"
-        );
+        let message = LLSR.fails(folder.path(), &subway(size, args), 2);
+        assert!(message.contains(reason), "{args:?}: {message}");
         assert_eq!(
             fs::read_dir(folder.path()).expect("a folder").count(),
             0,

@@ -1,32 +1,11 @@
 //! `llsr walk` as a user meets it.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-use serde_json::Value;
+use llsr_testkit::program::{Program, json};
 use tempfile::TempDir;
 
-fn llsr(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_llsr"))
-        .current_dir(folder)
-        .args(args)
-        .output()
-        .expect("the program was built with this test")
-}
-
-/// Runs and demands the exit code; returns what was said.
-fn run(folder: &Path, args: &[&str], code: i32) -> (String, String) {
-    let output = llsr(folder, args);
-    let [out, err] = [&output.stdout, &output.stderr].map(|b| String::from_utf8_lossy(b).into_owned());
-    assert_eq!(output.status.code(), Some(code), "{args:?}: {out}{err}");
-    assert!(!err.contains("panicked"), "{args:?}: {err}");
-    (out, err)
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).expect("the report was written")).expect("it is JSON")
-}
+const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &[]);
 
 const SMALL: [&str; 6] = ["walk", "--size", "96x72", "--frames", "6", "--quiet"];
 
@@ -48,7 +27,7 @@ fn a_report_has_the_promised_keys() {
         "--every",
         "4",
     ]);
-    run(folder.path(), &args, 0);
+    LLSR.ok(folder.path(), &args);
     let report = json(&folder.path().join("r.json"));
     let frames = report["frames"].as_array().expect("frames");
     assert_eq!(frames.len(), 6, "one entry a frame");
@@ -130,7 +109,7 @@ fn lockstep_has_the_same_bits_for_one_thread_and_two() {
             "--add-grid",
             "--move",
         ]);
-        run(folder.path(), &args, 0);
+        LLSR.ok(folder.path(), &args);
         json(&folder.path().join("r.json"))["summary"]["last_frame_hash"].clone()
     };
     for shader in ["direct", "glossy", "gi"] {
@@ -149,10 +128,9 @@ fn lockstep_has_the_same_bits_for_one_thread_and_two() {
 #[test]
 fn live_walks_end_and_report() {
     let folder = TempDir::new().expect("a folder");
-    run(
+    LLSR.ok(
         folder.path(),
         &small(&["--live", "--report", "r.json", "--add-grid", "--move"]),
-        0,
     );
     let report = json(&folder.path().join("r.json"));
     assert!(report["live"]["shaded"].as_u64() > Some(0), "{}", report["live"]);
@@ -171,7 +149,7 @@ fn a_path_is_followed() {
     let args = [
         "walk", "--size", "64x48", "--path", "p.txt", "--report", "r.json", "--quiet",
     ];
-    run(folder.path(), &args, 0);
+    LLSR.ok(folder.path(), &args);
     assert_eq!(
         json(&folder.path().join("r.json"))["frames"]
             .as_array()
@@ -180,7 +158,7 @@ fn a_path_is_followed() {
         "two cameras"
     );
     fs::write(folder.path().join("p.txt"), "0 0 0  0 0 -1\n").expect("a file");
-    let (_, said) = run(folder.path(), &args, 1);
+    let said = LLSR.fails(folder.path(), &args, 1);
     assert!(
         said.contains("p.txt") && said.contains("line 1") && said.contains("6 numbers"),
         "{said}"
@@ -203,11 +181,11 @@ fn mistakes_are_named() {
         ),
         (vec!["demo:nowhere"], 2, "demo:nowhere"),
     ] {
-        let (_, said) = run(folder.path(), &small(&args), code);
+        let said = LLSR.fails(folder.path(), &small(&args), code);
         let found = said.contains(problem) || problem.strip_prefix("demo:").is_some_and(|p| said.contains(p));
         assert!(found, "{args:?}: {said}");
     }
     fs::write(folder.path().join("file"), "").expect("a file");
-    let (_, said) = run(folder.path(), &small(&["--keep-frames", "file"]), 1);
+    let said = LLSR.fails(folder.path(), &small(&["--keep-frames", "file"]), 1);
     assert!(said.contains("--keep-frames file"), "{said}");
 }

@@ -1,34 +1,10 @@
 //! Asking for a view's edges allocates nothing after the first views.
-#![expect(unsafe_code, reason = "a global allocator that counts")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 
 use glam::{Affine3A, DVec3, Vec3};
 use llsr_edges::{SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView};
 use llsr_scene::{Camera, FieldOfView, ObjectId, Viewport, demo};
+use llsr_testkit::allocations::{Counting, count};
 use llsr_testkit::edges::{cube_cloud, torus};
-
-struct Counting;
-
-thread_local! {
-    /// Of this thread alone: the one that runs the tests allocates when it likes.
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: hands everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
@@ -60,15 +36,12 @@ fn views_do_not_allocate() {
     let moved = ObjectId::from(scene.objects.len() - 2);
     for round in 0..3 {
         for (i, camera) in cameras.iter().enumerate() {
-            let before = ALLOCATIONS.get();
-            edges.set_transform(moved, Affine3A::from_translation(Vec3::X * (0.1 * i as f32)));
-            edges.find(
-                SceneView::Picture { camera, viewport },
-                None,
-                &mut scratch,
-                &mut found,
-            );
-            let allocated = ALLOCATIONS.get() - before;
+            let ((), made) = count(|| {
+                edges.set_transform(moved, Affine3A::from_translation(Vec3::X * (0.1 * i as f32)));
+                let picture = SceneView::Picture { camera, viewport };
+                edges.find(picture, None, &mut scratch, &mut found);
+            });
+            let allocated = made.allocations;
             assert!(
                 round < 1 || allocated == 0,
                 "{allocated} allocations in round {round}, view {i}"

@@ -1,38 +1,14 @@
 //! What an image takes, and that nothing is allocated after the first picture.
-#![expect(unsafe_code, reason = "a global allocator that counts")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Vec2, Vec3};
 use llsr_epi::{EdgeList, EdgePointImage, Occlusion, Picture, Point, ScreenSegment, Settings};
+use llsr_testkit::allocations::{Counting, count};
 use llsr_testkit::epi::edge_sets::thicket;
 use llsr_testkit::epi::windows::Stream;
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-static BYTES: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: hands everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        BYTES.fetch_add(layout.size(), Ordering::Relaxed);
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-// One test, for others would allocate at the same time.
 #[test]
 fn bytes_a_pixel_and_allocations() {
     let pixels = 2048.0 * 1024.0;
@@ -41,9 +17,8 @@ fn bytes_a_pixel_and_allocations() {
             half_lines,
             ..Settings::default()
         };
-        let before = BYTES.load(Ordering::Relaxed);
-        let image = EdgePointImage::new(2048, 1024, settings).unwrap();
-        let bytes = (BYTES.load(Ordering::Relaxed) - before) as f64 / pixels;
+        let (image, made) = count(|| EdgePointImage::new(2048, 1024, settings).unwrap());
+        let bytes = made.bytes as f64 / pixels;
         // 10 for the pixel, 2.5 for masks, 0.5 for depth limits, 4 or 2 for crossings; the guards of the bit planes and the
         // lower border come on top.
         println!("{bytes:.3} bytes a pixel, half lines: {half_lines}");
@@ -86,11 +61,12 @@ fn bytes_a_pixel_and_allocations() {
     };
     let counts = frame(600, 1_500, &edges);
     assert!(counts.complex > 500 && counts.simple > 500, "{counts:?}");
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    for points in [600, 900, 3_000] {
-        frame(points, 1_400, &edges);
-    }
-    let more = ALLOCATIONS.load(Ordering::Relaxed) - before;
+    let ((), made) = count(|| {
+        for points in [600, 900, 3_000] {
+            frame(points, 1_400, &edges);
+        }
+    });
+    let more = made.allocations;
     // Lists of changed pixels may still grow a few times, as the number of gaps changes with the samples.
     assert!(more <= 2, "{more} allocations after the first frame");
 }

@@ -1,31 +1,11 @@
 //! Frames do not allocate after the first ones.
-#![expect(unsafe_code, reason = "a global allocator that counts")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use llsr_epr::{CameraPath, FrameRenderer, FrameSettings, shade_lockstep};
 use llsr_scene::{Viewport, demo};
 use llsr_shading::{DirectShader, Encounters, World};
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: hands everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use llsr_testkit::allocations::{Counting, count};
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
@@ -50,13 +30,13 @@ fn frames_do_not_allocate() {
         points.clear();
         met.clear();
         shade_lockstep(&shader, renderer.requests(), 0, &mut points, &mut met);
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
-        renderer.take(&points, &met);
-        renderer.draw(camera, 120);
-        let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        let ((), made) = count(|| {
+            renderer.take(&points, &met);
+            renderer.draw(camera, 120);
+        });
         // New shadows have edges to be found; only that may ask for memory.
         if frame >= 96 && renderer.report().shadow_pairs == 0 {
-            assert_eq!(allocated, 0, "allocations in frame {frame}");
+            assert_eq!(made.allocations, 0, "allocations in frame {frame}");
             quiet += 1;
         }
     }

@@ -40,7 +40,6 @@ mod jobs;
 mod keys;
 mod overlay;
 mod pace;
-mod ration;
 mod record;
 mod rig;
 mod settings;

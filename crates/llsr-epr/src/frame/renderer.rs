@@ -347,7 +347,18 @@ impl FrameRenderer {
     /// [run](ShadowWork::run) wherever there is time, while frames are drawn, and hand them back. Until then frames show the shadow
     /// edges of before, and there is no other work.
     pub fn shadow_work(&mut self) -> Option<ShadowWork> {
-        self.shadows.as_mut().and_then(Shadows::work)
+        self.shadow_portion(usize::MAX)
+    }
+
+    /// As [`shadow_work`](Self::shadow_work), but of the shadows that were met only those of `most` pairs of light and blocker (at
+    /// least one); the others follow when this work is back.
+    pub fn shadow_portion(&mut self, most: usize) -> Option<ShadowWork> {
+        self.shadows.as_mut().and_then(|shadows| shadows.work(most))
+    }
+
+    /// Pairs of light and blocker whose shadows were met and are not computed yet.
+    pub fn shadow_pairs_waiting(&self) -> usize {
+        self.shadows.as_ref().map_or(0, Shadows::waiting)
     }
 
     /// Takes back what [`shadow_work`](Self::shadow_work) gave, for the next frame.
@@ -400,7 +411,7 @@ impl FrameRenderer {
         if let Some(shadows) = &mut self.shadows {
             shadows.tick();
             if !self.settings.shadows_apart
-                && let Some(mut work) = shadows.work()
+                && let Some(mut work) = shadows.work(usize::MAX)
             {
                 work.run();
                 shadows.finish(work);

@@ -12,6 +12,10 @@ use crate::frame::FrameRenderer;
 
 /// Frames between two looks at what was met.
 const PATIENCE: u32 = 7;
+/// Pairs of light and blocker that a thread computes first, when nothing is known of their cost, and the time (ms) that it is
+/// given from then on: something may move meanwhile, and its shadows follow only after that.
+const FIRST_PAIRS: usize = 16;
+const PORTION_MS: f64 = 100.0;
 
 /// Middle (m) and flux of a light.
 fn strength(light: &Light) -> (DVec3, f64) {
@@ -41,6 +45,8 @@ pub(crate) struct Shadows {
     lights: Vec<(LightId, Light)>,
     /// All triples that were handed out, sorted.
     known: Vec<Triple>,
+    /// Pairs of those that are away at work.
+    away: usize,
     /// Frames since triples were last handed out.
     waited: u32,
     /// Pairs computed, and milliseconds of that, since [`tally`](Self::tally) last asked.
@@ -84,6 +90,10 @@ impl ShadowWork {
     }
 }
 
+fn same_pair(a: &Triple, b: &Triple) -> bool {
+    (a.light, a.blocker) == (b.light, b.blocker)
+}
+
 impl Shadows {
     /// No triple is known yet. The edges of meshes are those of `edges`.
     /// Edges of lights that give too little where they lie are left out; see
@@ -113,6 +123,7 @@ impl Shadows {
             objects: Vec::new(),
             lights: Vec::new(),
             known: Vec::new(),
+            away: 0,
             waited: PATIENCE,
             done: (0, 0.0),
             dropped: (0, ImportanceReport::default()),
@@ -155,9 +166,14 @@ impl Shadows {
         self.waited = self.waited.saturating_add(1);
     }
 
-    /// What there is to compute: what has moved and, every few frames, what was met. `None` if there is nothing or work is
-    /// away.
-    pub(crate) fn work(&mut self) -> Option<ShadowWork> {
+    /// Pairs of light and blocker that were met and whose edges are not there yet.
+    pub(crate) fn waiting(&self) -> usize {
+        self.away + self.met.chunk_by(same_pair).count()
+    }
+
+    /// What there is to compute: what has moved and, every few frames, what was met, the shadows of `most` pairs of light and
+    /// blocker at a time. `None` if there is nothing or work is away.
+    pub(crate) fn work(&mut self, most: usize) -> Option<ShadowWork> {
         // What is met comes in dribs and drabs, and each time all that a light and a blocker share is computed.
         let meets = !self.met.is_empty() && self.waited > PATIENCE;
         if !meets && self.objects.is_empty() && self.lights.is_empty() {
@@ -171,11 +187,16 @@ impl Shadows {
         std::mem::swap(&mut maker.objects, &mut self.objects);
         std::mem::swap(&mut maker.lights, &mut self.lights);
         if meets {
-            self.waited = 0;
-            self.known.extend_from_slice(&self.met);
+            let pairs = self.met.chunk_by(same_pair).take(most.max(1));
+            let count: usize = pairs.inspect(|_| self.away += 1).map(<[Triple]>::len).sum();
+            maker.met.extend(self.met.drain(..count));
+            self.known.extend_from_slice(&maker.met);
             self.known.sort_unstable();
             self.known.dedup();
-            std::mem::swap(&mut maker.met, &mut self.met);
+            // The rest waits no longer than for this portion.
+            if self.met.is_empty() {
+                self.waited = 0;
+            }
         }
         Some(ShadowWork(maker))
     }
@@ -187,6 +208,7 @@ impl Shadows {
             std::mem::swap(&mut self.segments, &mut maker.segments);
             self.dropped = (maker.left_out, std::mem::take(&mut maker.dropped));
         }
+        self.away = 0;
         self.done.0 += maker.pairs;
         self.done.1 += maker.ms;
         self.maker = Some(maker);
@@ -250,11 +272,14 @@ impl Maker {
 
 /// A thread that computes the shadow edges of a [`FrameRenderer`] while it draws.
 ///
-/// The thread ends with the work that it is doing when this is dropped; nobody waits for it.
+/// Shadows that were met are computed in portions of about a tenth of a second, so that those of something that is moved do
+/// not wait for all of them. The thread ends with the work that it is doing when this is dropped; nobody waits for it.
 #[derive(Debug)]
 pub struct ShadowThread {
     to: Sender<ShadowWork>,
     from: Receiver<ShadowWork>,
+    /// Cost of a pair of light and blocker (ms); 0 as long as none is known.
+    cost: f64,
 }
 
 impl ShadowThread {
@@ -275,7 +300,7 @@ impl ShadowThread {
                     }
                 }
             })?;
-        Ok(Self { to, from })
+        Ok(Self { to, from, cost: 0.0 })
     }
 
     /// To be called once a frame: hands over what is done and what is to be done. Returns at once.
@@ -283,10 +308,26 @@ impl ShadowThread {
     /// Should the thread panic, edges stay as they are.
     pub fn tend(&mut self, renderer: &mut FrameRenderer) {
         match self.from.try_recv() {
-            Ok(work) => renderer.shadow_work_done(work),
+            Ok(work) => {
+                let (pairs, ms) = (work.0.pairs, work.0.ms);
+                if pairs > 0 {
+                    let cost = ms / pairs as f64;
+                    self.cost = if self.cost > 0.0 {
+                        0.5 * (self.cost + cost)
+                    } else {
+                        cost
+                    };
+                }
+                renderer.shadow_work_done(work);
+            }
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
         }
-        if let Some(work) = renderer.shadow_work()
+        let most = if self.cost > 0.0 {
+            (PORTION_MS / self.cost) as usize
+        } else {
+            FIRST_PAIRS
+        };
+        if let Some(work) = renderer.shadow_portion(most)
             && let Err(back) = self.to.send(work)
         {
             renderer.shadow_work_done(back.0);

@@ -58,9 +58,6 @@ impl Engine {
         let (dx, dy) = (x - self.pointer.0, y - self.pointer.1);
         self.pointer = (x, y);
         let height = f64::from(self.viewport.height);
-        if self.gesture.is_some() {
-            self.touched = Instant::now();
-        }
         match &mut self.gesture {
             None => {}
             // What is seen follows the pointer.
@@ -135,7 +132,6 @@ impl Engine {
             amount(Flight::Ahead, Flight::Back),
         );
         if (right, up, ahead) != (0.0, 0.0, 0.0) {
-            self.touched = Instant::now();
             let fast = if self.flight.contains(&Flight::Fast) {
                 4.0
             } else {

@@ -10,7 +10,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use llsr_epr::{BlindInterpolation, FrameRenderer, Harvest, PoolSettings, ShaderPool, shade_lockstep};
+use llsr_epr::{
+    BlindInterpolation, FrameRenderer, FrameReport, FrameSettings, Harvest, PoolSettings, ShaderPool,
+    ShadowThread, shade_lockstep,
+};
 use llsr_scene::{Camera, LightId, ObjectId, Viewport};
 use llsr_shading::{Encounters, Place, Shader, World};
 
@@ -21,7 +24,6 @@ use crate::grip::Grip;
 use crate::jobs::{Job, Trace, Traced, trace_picture};
 use crate::keys::Flight;
 use crate::pace::{Budget, FrameTimes};
-use crate::ration::Ration;
 use crate::record::Recorder;
 use crate::rig::{Rig, Steering};
 use crate::settings::{ShaderChoice, ViewError, ViewReport, ViewSettings};
@@ -32,8 +34,6 @@ const WARM_UP: Duration = Duration::from_millis(300);
 const WARM_UP_SHARE: usize = 16;
 /// Requests shaded between two looks at the clock, as many again each time.
 const WARM_UP_CHUNK: usize = 256;
-/// For so long after the last input the display has priority over new shadows.
-const BUSY: Duration = Duration::from_millis(700);
 /// Longest time that one frame may stand for (s): after a pause one does not fly through a wall.
 const LONGEST_STEP: f64 = 0.1;
 /// How long a pool that is no longer wanted may hold up the display.
@@ -91,11 +91,7 @@ pub struct Engine {
     chosen: usize,
     pool: ShaderPool,
     harvest: Harvest,
-    /// Shadows that the display does not know of yet, and the portion for this frame.
-    shadows: Ration,
-    portion: Encounters,
-    /// When the user moved something or the camera last.
-    touched: Instant,
+    shadows: ShadowThread,
     budget: Budget,
     samples: usize,
     shown: Shown,
@@ -142,8 +138,13 @@ impl Engine {
     ) -> Result<Self, ViewError> {
         let first = shaders.first().ok_or(ViewError::NoShader)?;
         let shader = (first.make)(Arc::clone(&world)).map_err(ViewError::Shader)?;
-        let renderer = FrameRenderer::new(world.scene(), viewport, settings.frames)?;
+        let frames = FrameSettings {
+            shadows_apart: true,
+            ..settings.frames
+        };
+        let renderer = FrameRenderer::new(world.scene(), viewport, frames)?;
         let pool = start_pool(&shader, &settings).map_err(ViewError::Thread)?;
+        let shadows = ShadowThread::start().map_err(|error| ViewError::Thread(error.to_string()))?;
         // Once through the scene in six seconds.
         let speed = f64::from(world.bounds().diagonal()) / 6.0;
         let speed = if speed > 0.0 { speed } else { 1.0 };
@@ -161,9 +162,7 @@ impl Engine {
             chosen: 0,
             pool,
             harvest: Harvest::default(),
-            shadows: Ration::default(),
-            portion: Encounters::default(),
-            touched: Instant::now(),
+            shadows,
             budget: Budget::default(),
             samples: settings.samples.max(1),
             shown: Shown {
@@ -228,6 +227,16 @@ impl Engine {
         }
     }
 
+    /// What the last frame was made of, and how long its stages took.
+    pub fn last_frame(&self) -> &FrameReport {
+        self.renderer.report()
+    }
+
+    /// Pairs of light and blocker whose shadows have no edges yet.
+    pub fn shadows_waiting(&self) -> usize {
+        self.renderer.shadow_pairs_waiting()
+    }
+
     /// Notes that the last frame is on the screen.
     pub fn shown_on_screen(&mut self) {
         let started = self.settings.started;
@@ -282,13 +291,8 @@ impl Engine {
     /// Takes in what the shaders answered. What was shaded before something moved is left out: it may be wrong.
     fn take_points(&mut self, now: Instant) {
         self.pool.collect(&mut self.harvest);
-        self.shadows.meet(&self.harvest.met.triples);
-        let last = self.renderer.report();
-        self.shadows.took(last.shadow_pairs, last.ms.edges);
-        let busy = now.duration_since(self.touched) < BUSY;
-        self.shadows.next(busy, &mut self.portion.triples);
-        self.portion.objects.clone_from(&self.harvest.met.objects);
-        self.renderer.take(&self.harvest.fresh, &self.portion);
+        self.renderer.take(&self.harvest.fresh, &self.harvest.met);
+        self.shadows.tend(&mut self.renderer);
         self.budget.watch(now, self.pool.status().counts.shaded);
     }
 
@@ -364,8 +368,6 @@ impl Engine {
             rest = later;
             chunk += WARM_UP_CHUNK;
         }
-        self.shadows.meet(&met.triples);
-        met.triples.clear();
         self.renderer.take(&points, &met);
         self.report.samples += points.len() as u64;
     }

@@ -137,7 +137,7 @@ impl Engine {
                 "samples in {:.0}% of the pixels, {} wait{}",
                 percent(frame.points.occupied),
                 status.waiting,
-                match self.shadows.pairs_waiting() {
+                match self.renderer.shadow_pairs_waiting() {
                     0 => String::new(),
                     pairs => format!("; {pairs} shadows to find"),
                 }
