@@ -166,6 +166,48 @@ fn a_program_that_shades_goes_with_the_walk() {
 }
 
 #[test]
+fn a_program_that_is_silent_does_not_hold_up_the_end() {
+    // Without a greeting, and with one but no answer.
+    for first in ["", "echo llsr-shader 1 silent;"] {
+        for mode in [&["--live"][..], &[]] {
+            let folder = TempDir::new().expect("a folder");
+            let silent =
+                format!("sh -c \"{first} echo $$ > client.new; mv client.new client; exec sleep 1000\"");
+            let long = ["demo:wall", "--size", "32x24", "--frames", "100000"];
+            let args = [&long[..], mode, &["--shader-cmd", &silent]].concat();
+            let mut walk = Walk::start(folder.path(), &args);
+            walk.wait("the program begins", |folder| folder.join("client").exists());
+            let process = client_number(folder.path()).expect("it has begun");
+            signal("-INT", &walk.child.id().to_string());
+            let (status, said) = walk.end();
+            assert_eq!(status.code(), Some(1), "{first} {mode:?}: {said}");
+            assert!(said.contains("interrupted"), "{first} {mode:?}: {said}");
+            assert!(!is_running(&process), "{first} {mode:?}: the program still runs");
+        }
+    }
+}
+
+#[test]
+fn a_walk_without_a_single_sample_has_failed() {
+    let folder = TempDir::new().expect("a folder");
+    let echo = [
+        "demo:wall",
+        "--size",
+        "32x24",
+        "--frames",
+        "5",
+        "--shader-cmd",
+        "cat",
+    ];
+    let (status, said) = Walk::start(folder.path(), &echo).end();
+    assert_eq!(status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("no sample at all") && said.contains("makes no sense"),
+        "what happened: {said}"
+    );
+}
+
+#[test]
 fn a_shader_killed_in_mid_walk_is_told_and_counted_and_comes_back() {
     for (mode, frames) in [(&["--live"][..], "20000"), (&[], "600")] {
         let folder = TempDir::new().expect("a folder");

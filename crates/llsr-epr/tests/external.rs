@@ -3,9 +3,9 @@
 use std::io::{self, BufRead, BufReader, PipeReader, PipeWriter, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
 use llsr_epr::{ExternalSettings, ExternalShader, Harvest, PROTOCOL, Peer, PoolSettings, ShaderPool};
@@ -343,9 +343,37 @@ fn a_peer_that_dies_is_started_again_and_given_up_in_the_end() {
         let error = shade(&shader, &rays)
             .expect_err("it is not started any more")
             .to_string();
+        let (count, reason) = ("failed 4 times", "middle of a line");
         assert!(error.contains("given up"), "{error}");
+        assert!(error.contains(count) && error.contains(reason), "{error}");
     }
     assert_eq!(shader.starts(), 4, "the first and three more");
+}
+
+#[test]
+fn who_waits_for_a_peer_can_be_told_to_stop() {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    let settings = ExternalSettings {
+        stop: Some(|| STOP.load(Ordering::SeqCst)),
+        ..quick()
+    };
+    let world = world("wall", &[]);
+    let shader = over(&world, &settings, |_, mut from, mut to| {
+        greet(&mut from, &mut to);
+        read_batch(&mut from);
+        STOP.store(true, Ordering::SeqCst);
+        // Silent, until nobody speaks to it any more.
+        read_to(&mut from, "never");
+    })
+    .expect("it greets");
+    let rays = requests(world.scene(), 2, 2);
+    for attempt in 0..2 {
+        let start = Instant::now();
+        let error = shade(&shader, &rays).expect_err("stopped").to_string();
+        assert!(error.contains("stopped"), "{attempt}: {error}");
+        assert!(start.elapsed() < LONG / 2, "not when its time is up");
+    }
+    assert_eq!(shader.starts(), 1, "it is not started again");
 }
 
 #[test]

@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use llsr_epr::StageTimes;
+
 /// Frames that count.
 const FRAMES: usize = 60;
 /// Requests may wait about that long (s), or so many frames if that is longer: beyond it they belong to a view that is gone.
@@ -16,17 +18,20 @@ const LEAST_WAITING: usize = 64;
 pub(crate) struct FrameTimes {
     ends: VecDeque<Instant>,
     busy: VecDeque<f64>,
+    stages: VecDeque<StageTimes>,
 }
 
 impl FrameTimes {
-    /// A frame ended at `end` and took the display thread `ms` milliseconds.
-    pub(crate) fn push(&mut self, end: Instant, ms: f64) {
+    /// A frame ended at `end` and took the display thread `ms` milliseconds, its stages what `stages` says.
+    pub(crate) fn push(&mut self, end: Instant, ms: f64, stages: StageTimes) {
         if self.ends.len() == FRAMES {
             self.ends.pop_front();
             self.busy.pop_front();
+            self.stages.pop_front();
         }
         self.ends.push_back(end);
         self.busy.push_back(ms);
+        self.stages.push_back(stages);
     }
 
     /// Frames a second over the last ones.
@@ -47,10 +52,19 @@ impl FrameTimes {
 
     /// Median time of the display thread (ms).
     pub(crate) fn median_ms(&self) -> f64 {
-        let mut sorted: Vec<f64> = self.busy.iter().copied().collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+        median(self.busy.iter().copied())
     }
+
+    /// Median time of one stage (ms): times of a single frame jump too much to be read.
+    pub(crate) fn stage_ms(&self, stage: impl Fn(&StageTimes) -> f64) -> f64 {
+        median(self.stages.iter().map(stage))
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Watches how many samples come back, so that no more are asked for than will.
@@ -115,10 +129,18 @@ mod tests {
             times.push(
                 start + Duration::from_millis(u64::from(at)),
                 if i % 3 == 0 { 50.0 } else { 4.0 },
+                StageTimes {
+                    reach: if i % 4 == 0 { 9.0 } else { 0.25 },
+                    ..StageTimes::default()
+                },
             );
         }
         assert!((times.per_second() - 50.0).abs() < 1e-6, "{}", times.per_second());
         assert!((times.median_ms() - 4.0).abs() < 1e-12, "{}", times.median_ms());
+        assert!(
+            (times.stage_ms(|ms| ms.reach) - 0.25).abs() < 1e-12,
+            "one in four is slow"
+        );
     }
 
     #[test]

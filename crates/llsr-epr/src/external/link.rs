@@ -46,10 +46,11 @@ impl Link {
         })
     }
 
-    pub(super) fn receive(&self, timeout: Duration) -> Result<Answer, String> {
+    /// The next answer; `None` if there is none within `timeout`.
+    pub(super) fn receive(&self, timeout: Duration) -> Result<Option<Answer>, String> {
         match self.answers.recv_timeout(timeout) {
-            Ok(answer) => answer,
-            Err(RecvTimeoutError::Timeout) => Err("did not answer in time".to_owned()),
+            Ok(answer) => answer.map(Some),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err("has ended".to_owned()),
         }
     }

@@ -27,7 +27,7 @@ pub use protocol::{MAX_LINE, PROTOCOL};
 pub use words::split_words;
 
 /// How a program is spoken to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ExternalSettings {
     /// The scene as the user named it: a file, or `demo:NAME`.
     pub scene: String,
@@ -39,7 +39,13 @@ pub struct ExternalSettings {
     pub batch_timeout: Duration,
     /// How often in a row it is started again after a failure.
     pub restarts: u32,
+    /// Asked some times a second while the program is waited for: true ends the conversation for good, as
+    /// [`Shader::interrupt`] does. For callers that wait themselves.
+    pub stop: Option<fn() -> bool>,
 }
+
+/// Time between two looks at whether to stop.
+const LOOK: Duration = Duration::from_millis(50);
 
 impl Default for ExternalSettings {
     /// No scene, no view, 60 seconds to start, 30 for a batch, three restarts.
@@ -50,6 +56,7 @@ impl Default for ExternalSettings {
             start_timeout: Duration::from_secs(60),
             batch_timeout: Duration::from_secs(30),
             restarts: 3,
+            stop: None,
         }
     }
 }
@@ -94,6 +101,8 @@ struct Conversation {
     link: Option<Link>,
     /// Failures since the last batch that went well.
     failures: u32,
+    /// It is not started any more; what to say.
+    given_up: Option<String>,
     batch: u64,
 }
 
@@ -218,17 +227,24 @@ impl ExternalShader {
         link.send(text)?;
         loop {
             let left = until.saturating_duration_since(Instant::now());
-            let answer = link.receive(left).map_err(|error| {
-                if self.interrupted.load(Ordering::SeqCst) {
-                    "was stopped".to_owned()
-                } else {
-                    error
+            let answer = link.receive(left.min(LOOK));
+            if self.stopped() {
+                return Err("was stopped".to_owned());
+            }
+            let Some(answer) = answer? else {
+                if left <= LOOK {
+                    return Err("did not answer in time".to_owned());
                 }
-            })?;
+                continue;
+            };
             if each(answer)? {
                 return Ok(());
             }
         }
+    }
+
+    fn stopped(&self) -> bool {
+        self.interrupted.load(Ordering::SeqCst) || self.settings.stop.is_some_and(|stop| stop())
     }
 
     fn end_peer(&self) {
@@ -246,16 +262,13 @@ impl ExternalShader {
         points: &mut Vec<ShadedPoint>,
         met: &mut Encounters,
     ) -> Result<(), String> {
-        if self.interrupted.load(Ordering::SeqCst) {
+        if self.stopped() {
             return Err("was stopped".to_owned());
         }
+        if let Some(words) = &conversation.given_up {
+            return Err(words.clone());
+        }
         if conversation.link.is_none() {
-            if conversation.failures > self.settings.restarts {
-                return Err(format!(
-                    "failed {} times in a row and was given up",
-                    conversation.failures
-                ));
-            }
             conversation.link = Some(self.start()?);
         }
         let Some(link) = &conversation.link else {
@@ -380,11 +393,18 @@ impl Shader for ExternalShader {
         let done = self.batch(&mut conversation, requests, seed, points, met);
         match &done {
             Ok(()) => conversation.failures = 0,
-            Err(_) => {
+            Err(error) => {
                 // Whatever it does next would be out of step.
                 conversation.link = None;
-                conversation.failures = conversation.failures.saturating_add(1);
                 self.end_peer();
+                let failures = conversation.failures.saturating_add(1);
+                conversation.failures = failures;
+                if failures > self.settings.restarts && conversation.given_up.is_none() {
+                    let words = format!(
+                        "failed {failures} times in a row and was given up; the last time it {error}"
+                    );
+                    conversation.given_up = Some(words);
+                }
             }
         }
         done.map_err(ShaderError::External)

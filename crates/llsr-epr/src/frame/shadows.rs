@@ -16,6 +16,8 @@ const PATIENCE: u32 = 7;
 /// given from then on: something may move meanwhile, and its shadows follow only after that.
 const FIRST_PAIRS: usize = 16;
 const PORTION_MS: f64 = 100.0;
+/// One pair in so many of those that wait is computed at least: each portion also looks at all edges that there are.
+const LEAST_SHARE: usize = 8;
 
 /// Middle (m) and flux of a light.
 fn strength(light: &Light) -> (DVec3, f64) {
@@ -273,7 +275,8 @@ impl Maker {
 /// A thread that computes the shadow edges of a [`FrameRenderer`] while it draws.
 ///
 /// Shadows that were met are computed in portions of about a tenth of a second, so that those of something that is moved do
-/// not wait for all of them. The thread ends with the work that it is doing when this is dropped; nobody waits for it.
+/// not wait for all of them. It takes two cores less than the current rayon pool has threads, at least one: display and shader need
+/// theirs. The thread ends with the work that it is doing when this is dropped; nobody waits for it.
 #[derive(Debug)]
 pub struct ShadowThread {
     to: Sender<ShadowWork>,
@@ -288,13 +291,19 @@ impl ShadowThread {
     /// # Errors
     /// If the system gives no thread.
     pub fn start() -> std::io::Result<Self> {
+        let threads = rayon::current_num_threads().saturating_sub(2).max(1);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|number| format!("llsr-shadows-{number}"))
+            .build()
+            .map_err(std::io::Error::other)?;
         let (to, tasks) = channel::<ShadowWork>();
         let (done, from) = channel();
         thread::Builder::new()
             .name("llsr-shadows".to_owned())
             .spawn(move || {
                 for mut work in tasks {
-                    work.run();
+                    pool.install(|| work.run());
                     if done.send(work).is_err() {
                         break;
                     }
@@ -323,7 +332,8 @@ impl ShadowThread {
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
         }
         let most = if self.cost > 0.0 {
-            (PORTION_MS / self.cost) as usize
+            let share = renderer.shadow_pairs_waiting() / LEAST_SHARE;
+            share.max((PORTION_MS / self.cost) as usize)
         } else {
             FIRST_PAIRS
         };

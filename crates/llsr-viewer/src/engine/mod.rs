@@ -52,6 +52,23 @@ struct Shown {
     lights: bool,
 }
 
+impl Shown {
+    /// What differs from the plain picture, with the keys that switch it off again.
+    fn names(self) -> Vec<&'static str> {
+        [
+            (self.ray_trace, "ray tracing (T)"),
+            (self.blind && !self.ray_trace, "blind interpolation (B)"),
+            (self.samples, "samples (P)"),
+            (self.reach, "reach (R)"),
+            (self.edges, "edges (G)"),
+            (self.lights, "lights (L)"),
+        ]
+        .into_iter()
+        .filter_map(|(on, name)| on.then_some(name))
+        .collect()
+    }
+}
+
 /// What the mouse is doing.
 #[derive(Debug)]
 enum Gesture {
@@ -285,7 +302,8 @@ impl Engine {
         self.present(&status);
         self.report.frames += 1;
         let end = Instant::now();
-        self.times.push(end, (end - start).as_secs_f64() * 1e3);
+        let stages = self.renderer.report().ms;
+        self.times.push(end, (end - start).as_secs_f64() * 1e3, stages);
     }
 
     /// Takes in what the shaders answered. What was shaded before something moved is left out: it may be wrong.

@@ -1,6 +1,6 @@
 //! From a frame to the pixels of the window.
 
-use llsr_epr::{BlindInterpolation, PoolStatus};
+use llsr_epr::{BlindInterpolation, PoolStatus, StageTimes};
 
 use super::{Engine, Gesture};
 use crate::jobs::Job;
@@ -60,6 +60,10 @@ impl Engine {
         let mut lines = Vec::new();
         if self.shown.numbers {
             lines.extend(self.numbers(status).map(|line| (WHITE, line)));
+            let on = self.shown.names();
+            if !on.is_empty() {
+                lines.push((overlay::MESSAGE, format!("shown: {}", on.join(", "))));
+            }
         }
         if let Some(recorder) = &self.recorder {
             lines.push((
@@ -92,13 +96,16 @@ impl Engine {
 
     fn numbers(&self, status: &PoolStatus) -> impl Iterator<Item = String> + use<> {
         let frame = self.renderer.report();
-        let ms = frame.ms;
+        let ms = |stage: fn(&StageTimes) -> f64| self.times.stage_ms(stage);
         let pixels = self.viewport.pixels() as f64;
         let percent = |count: usize| 100.0 * count as f64 / pixels;
         let what = if self.shown.ray_trace {
             match &self.tracing.done {
                 Some(traced) => format!("ray tracing: {:.2} s a picture", traced.seconds),
-                None => "ray tracing".to_owned(),
+                None => {
+                    let share = self.tracing.job.as_ref().map_or(0.0, Job::share);
+                    format!("ray tracing: {:.0}%", 100.0 * share)
+                }
             }
         } else {
             format!(
@@ -114,11 +121,17 @@ impl Engine {
             format!("{name} {width}x{height}  {what}"),
             format!(
                 "edges {:.1} raster {:.1} points {:.1} reach {:.1}",
-                ms.edges, ms.rasterize, ms.points, ms.reach
+                ms(|ms| ms.edges),
+                ms(|ms| ms.rasterize),
+                ms(|ms| ms.points),
+                ms(|ms| ms.reach)
             ),
             format!(
                 "interp {:.1} aa {:.1} complex {:.1} ask {:.1} ms",
-                ms.interpolate, ms.antialias, ms.complex, ms.requests
+                ms(|ms| ms.interpolate),
+                ms(|ms| ms.antialias),
+                ms(|ms| ms.complex),
+                ms(|ms| ms.requests)
             ),
             format!(
                 "{} edges  {:.1}% simple {:.1}% complex pixels",
@@ -139,7 +152,7 @@ impl Engine {
                 status.waiting,
                 match self.renderer.shadow_pairs_waiting() {
                     0 => String::new(),
-                    pairs => format!("; {pairs} shadows to find"),
+                    pairs => format!("; shadows to find: {pairs}"),
                 }
             ),
         ]

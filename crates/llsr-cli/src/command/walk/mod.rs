@@ -25,7 +25,7 @@ use crate::command::walk::report::{FrameLine, Walk};
 use crate::command::walk::stage::{Motion, add_grid};
 use crate::failure::Failure;
 use crate::load::{load, need_light};
-use crate::progress::Progress;
+use crate::progress::{Progress, interrupted};
 use crate::report as reports;
 
 /// Pictures that `--compare raytrace` makes: the median of their times counts, without that of the first.
@@ -157,6 +157,14 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     progress.finish();
     let trouble = drive.trouble();
     walk.shader_errors = trouble.errors;
+    if let Some(error) = &trouble.last
+        && walk.warm_up_samples == 0
+        && walk.frames.iter().all(|frame| frame.report.new_points == 0)
+    {
+        return Err(Failure::Work(format!(
+            "the shader gave no sample at all, so that all frames are empty: {error}"
+        )));
+    }
     if let Some(error) = &trouble.last {
         eprintln!(
             "warning: the shader lost {} samples; the last time: {error}",
@@ -194,10 +202,16 @@ fn shader_of(
     let settings = ExternalSettings {
         scene: args.scene.scene.clone(),
         view: Some((camera.clone(), viewport)),
+        stop: Some(interrupted),
         ..ExternalSettings::default()
     };
-    let shader = ExternalShader::spawn(command, Arc::clone(world), &settings)
-        .map_err(|error| Failure::Work(format!("--shader-cmd '{command}': {error}")))?;
+    let shader = ExternalShader::spawn(command, Arc::clone(world), &settings).map_err(|error| {
+        if interrupted() {
+            Failure::Interrupted
+        } else {
+            Failure::Work(format!("--shader-cmd '{command}': {error}"))
+        }
+    })?;
     Ok(Arc::new(shader))
 }
 
