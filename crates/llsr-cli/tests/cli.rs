@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use llsr_testkit::program::{Ended, Program, json};
+use llsr_testkit::program::{Ended, Program, parsed};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -96,7 +96,7 @@ fn a_report_has_the_stated_keys_and_adds_up() {
         "r.json",
     ];
     LLSR.ok(folder.path(), &args);
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     for key in [
         "triangles",
         "lights",
@@ -157,7 +157,7 @@ fn equal_pictures_differ_by_nothing_and_a_heat_map_is_written() {
         folder.path(),
         &["diff", "a.exr", "a.exr", "--report", "same.json", "--quiet"],
     );
-    let same = json(&folder.path().join("same.json"));
+    let same = parsed::<Value>(&folder.path().join("same.json"));
     for key in ["rmse", "rel_rmse", "max", "flip"] {
         assert_eq!(same[key], 0.0, "{key}");
     }
@@ -173,7 +173,7 @@ fn equal_pictures_differ_by_nothing_and_a_heat_map_is_written() {
             "other.json",
         ],
     );
-    let other = json(&folder.path().join("other.json"));
+    let other = parsed::<Value>(&folder.path().join("other.json"));
     assert!(
         other["rel_rmse"].as_f64() > Some(0.001) && other["psnr"].as_f64() > Some(10.0),
         "{other}"
@@ -279,7 +279,7 @@ fn a_light_from_the_command_line_lights_a_file() {
         ]
         .concat(),
     );
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     assert_eq!(report["share"]["lit"], 1.0, "nothing is in the way");
     // Below the middle, from the stated law: E = integral of Phi / (pi^2 L) sin(phi) cos(theta) / r^2 dl.
     let (flux, length, height, steps) = (3000.0, 2.0, 2.0f64, 20_000);
@@ -307,7 +307,7 @@ fn info_lists_what_was_read() {
     for wanted in ["tube far", "tube near", "camera", "metres", "lux", "seat"] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }
-    let report = json(&folder.path().join("info.json"));
+    let report = parsed::<Value>(&folder.path().join("info.json"));
     assert_eq!(report["lights"], 2, "two tubes");
 }
 
@@ -332,7 +332,7 @@ fn every_demo_is_listed_and_survives_a_trip_through_gltf() {
             folder.path(),
             &["diff", "file.exr", "direct.exr", "--report", "d.json", "--quiet"],
         );
-        let difference = json(&folder.path().join("d.json"))["rel_rmse"]
+        let difference = parsed::<Value>(&folder.path().join("d.json"))["rel_rmse"]
             .as_f64()
             .expect("a number");
         // The file stores single precision: a few pixels may see an edge from the other side.

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use llsr_testkit::program::{Program, json};
+use llsr_testkit::program::{Program, parsed};
+use serde_json::Value;
 use tempfile::TempDir;
 
 const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &["edges"]);
@@ -238,7 +239,7 @@ o floor\nf 1 2 3 4\no plate\nf 5 6 7 8\n";
         "r.json",
     ];
     LLSR.ok(folder.path(), &[&base[..], &["-o", "lines.obj"]].concat());
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     assert!(
         report["counts"]["umbral"].as_u64() > Some(0) && report["counts"]["penumbral"].as_u64() > Some(0)
     );
@@ -288,7 +289,7 @@ o floor\nf 1 2 3 4\no plate\nf 5 6 7 8\n";
 fn a_report_has_the_stated_keys() {
     let folder = TempDir::new().expect("a folder");
     LLSR.ok(folder.path(), &["demo:subway", "--report", "r.json", "-q"]);
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     for key in ["silhouette", "crease", "boundary", "hard", "umbral", "penumbral"] {
         assert!(report["counts"][key].is_u64(), "counts.{key} in {report}");
     }

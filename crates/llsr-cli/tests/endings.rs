@@ -8,7 +8,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use llsr_testkit::program::{Program, json};
+use llsr_testkit::program::{Program, parsed};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -231,7 +231,7 @@ fn a_shader_killed_in_mid_walk_is_told_and_counted_and_comes_back() {
         let (status, said) = walk.end();
         assert_eq!(status.code(), Some(0), "{mode:?}: {said}");
         assert!(said.contains("the shader lost"), "{mode:?}: {said}");
-        let report = json(&folder.path().join("r.json"));
+        let report = parsed::<Value>(&folder.path().join("r.json"));
         assert!(report["shader_errors"].as_u64() > Some(0), "{mode:?}: counted");
         let last = report["frames"].as_array().expect("frames");
         // A live walk draws from the start, also while the program is still on its way.
@@ -261,7 +261,7 @@ fn the_picture_outlives_a_shader_that_is_given_up() {
     let (status, said) = walk.end();
     assert_eq!(status.code(), Some(0), "{said}");
     assert!(said.contains("given up"), "{said}");
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     let frames = report["frames"].as_array().expect("frames");
     assert_eq!(frames.len(), 400, "the walk went on to its end");
     let last = &frames[399];

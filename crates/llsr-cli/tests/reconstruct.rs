@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use llsr_testkit::program::{Program, json};
+use llsr_testkit::program::{Program, parsed};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -35,7 +35,7 @@ fn density_and_rounds_say_how_many_pixels_are_shaded_and_how_often_it_is_looked(
             folder.path(),
             &[&args[..], &["-o", "a.exr", "--report", "r.json"]].concat(),
         );
-        let report = json(&folder.path().join("r.json"));
+        let report = parsed::<Value>(&folder.path().join("r.json"));
         let made = report["reconstruct"]["shaded"].as_array().expect("a list").len();
         assert_eq!(made.to_string(), rounds, "rounds");
         // Small regions without a sample get one on top.
@@ -71,7 +71,7 @@ fn layers_show_edges_reach_and_samples() {
         let found = image.channels.iter().find(|channel| channel.0 == name);
         &found.unwrap_or_else(|| panic!("no channel {name}")).1
     };
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     let pixels = &report["reconstruct"]["pixels"];
     let edges = channel("edges.Y");
     for (name, value) in [("empty", 0.0), ("simple", 0.5), ("complex", 1.0)] {
@@ -161,7 +161,7 @@ fn few_samples_with_edges_are_nearer_to_the_full_picture_than_without() {
         );
         let args = ["diff", "few.exr", "full.exr", "--quiet", "--report", "d.json"];
         LLSR.ok(folder.path(), &args);
-        let report = json(&folder.path().join("d.json"));
+        let report = parsed::<Value>(&folder.path().join("d.json"));
         ["psnr", "flip"].map(|name| report[name].as_f64().expect("a number"))
     });
     assert!(

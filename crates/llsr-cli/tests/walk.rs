@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use llsr_testkit::program::{Program, json};
+use llsr_testkit::program::{Program, parsed};
+use serde_json::Value;
 use tempfile::TempDir;
 
 const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &[]);
@@ -28,7 +29,7 @@ fn a_report_has_the_promised_keys() {
         "4",
     ]);
     LLSR.ok(folder.path(), &args);
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     let frames = report["frames"].as_array().expect("frames");
     assert_eq!(frames.len(), 6, "one entry a frame");
     for (number, frame) in frames.iter().enumerate() {
@@ -110,7 +111,7 @@ fn lockstep_has_the_same_bits_for_one_thread_and_two() {
             "--move",
         ]);
         LLSR.ok(folder.path(), &args);
-        json(&folder.path().join("r.json"))["summary"]["last_frame_hash"].clone()
+        parsed::<Value>(&folder.path().join("r.json"))["summary"]["last_frame_hash"].clone()
     };
     for shader in ["direct", "glossy", "gi"] {
         let first = hash("1", shader, "3");
@@ -132,7 +133,7 @@ fn live_walks_end_and_report() {
         folder.path(),
         &small(&["--live", "--report", "r.json", "--add-grid", "--move"]),
     );
-    let report = json(&folder.path().join("r.json"));
+    let report = parsed::<Value>(&folder.path().join("r.json"));
     assert!(report["live"]["shaded"].as_u64() > Some(0), "{}", report["live"]);
     assert_eq!(report["summary"]["holes"], 0, "no holes");
 }
@@ -151,7 +152,7 @@ fn a_path_is_followed() {
     ];
     LLSR.ok(folder.path(), &args);
     assert_eq!(
-        json(&folder.path().join("r.json"))["frames"]
+        parsed::<Value>(&folder.path().join("r.json"))["frames"]
             .as_array()
             .map(Vec::len),
         Some(2),

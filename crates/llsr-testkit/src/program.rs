@@ -1,8 +1,10 @@
 //! A program as its user meets it: a command line goes in, an exit code, words and files come out.
 
+use std::fmt::Display;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::str::FromStr;
 
 /// A program, and the words with which its command lines begin.
 #[derive(Clone, Copy, Debug)]
@@ -77,10 +79,11 @@ pub fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Reads a file of JSON.
+/// Reads a file that holds a value as text, JSON for instance.
 ///
 /// # Panics
-/// If it is not there or not JSON.
-pub fn json(path: &Path) -> serde_json::Value {
-    serde_json::from_str(&read(path)).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+/// If it is not there or its text is not such a value.
+pub fn parsed<T: FromStr<Err: Display>>(path: &Path) -> T {
+    let value = read(path).parse();
+    value.unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
