@@ -68,6 +68,8 @@ pub(crate) struct FilterScratch {
     pub(crate) tag: Vec<u32>,
     /// Not 0 where a point, should there be one, is surrounded.
     pub(crate) hidden: Vec<u32>,
+    /// Columns in which a point is shown, from left to right; for the caller.
+    pub(crate) shown: Vec<u32>,
     reach: usize,
     width: usize,
 }
@@ -93,7 +95,7 @@ impl FilterScratch {
         fill(&mut self.across, reach * columns);
         fill(&mut self.block, (reach + 2) * columns);
         fill(&mut self.depth, width);
-        for row in [&mut self.tag, &mut self.hidden] {
+        for row in [&mut self.tag, &mut self.hidden, &mut self.shown] {
             row.clear();
             row.resize(width, 0);
         }

@@ -468,7 +468,6 @@ impl FinishBand<'_> {
             keys.get(start..start + width)
         };
         let keep = 1.0 - self.filter.tolerance;
-        let nothing = self.store.capacity() as u32;
         let scratch = &mut *self.scratch;
         scratch.start(self.filter.reach(), width, self.first, row);
         let mut counts = Counts::default();
@@ -493,8 +492,7 @@ impl FinishBand<'_> {
                 shown += u32::from(show);
                 out_depth[x] = if show { depths[x] } else { f32::INFINITY };
                 out_slot[x] = if show { tags[x] & SLOT_MASK } else { NO_SLOT };
-                // What is left is a region and what to look up: nothing lies in the slot after the last point.
-                tags[x] = if show { tags[x] } else { nothing };
+                tags[x] = if show { tags[x] } else { 0 };
             }
             counts.occupied += shown as usize;
             counts.hidden += (there - shown) as usize;
@@ -509,9 +507,18 @@ impl FinishBand<'_> {
             let ages = &self.store.age[..colours.len()];
             let out_colour = &mut self.colour[at.clone()][..width];
             let out_age = &mut self.age[at][..width];
-            let tags = &tags[..width];
-            for x in 0..width {
-                let slot = (tags[x] & SLOT_MASK) as usize;
+            out_colour.fill(0);
+            out_age.fill(0);
+            // Colours and ages lie all over the store: they are fetched for pixels that show a point, and for no others.
+            let columns = &mut scratch.shown[..width];
+            let mut count = 0;
+            for (x, slot) in out_slot.iter().enumerate() {
+                columns[count] = x as u32;
+                count += usize::from(*slot != NO_SLOT);
+            }
+            for &x in &columns[..count] {
+                let x = x as usize;
+                let slot = out_slot[x] as usize;
                 out_colour[x] = colours[slot];
                 out_age[x] = ages[slot];
             }

@@ -53,6 +53,9 @@ pub struct Insertion {
     pub changed: bool,
 }
 
+/// For each slot of a group the pixel that shows its point.
+type Places = [Option<u32>; LANES];
+
 /// Whose slot a new sample took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -103,17 +106,24 @@ impl PointStore {
             });
         }
         let home = projected.map(|at| self.home(image, at.y as usize * image.stride() + at.x as usize));
+        let mut places = None;
         let (mut slot, place) = match self.take_vacant(home) {
             Some(slot) => (slot, Place::Free),
-            None => (self.recycle(home, image, policy), Place::Recycled),
+            None => {
+                places = home.map(|home| self.places(home, image));
+                let local = home.zip(places.as_ref());
+                (self.recycle(local, image, policy), Place::Recycled)
+            }
         };
         // A point that has strayed there makes room for the new one.
         if let Some(home) = home
             && home.abs_diff(slot / LANES) > 1
-            && let Some(stray) = self.stray(home, image)
         {
-            self.copy(stray, slot);
-            slot = stray;
+            let places = places.unwrap_or_else(|| self.places(home, image));
+            if let Some(stray) = self.stray(home, &places, image) {
+                self.copy(stray, slot);
+                slot = stray;
+            }
         }
         self.write(slot, point);
         Some(Insertion {
@@ -179,12 +189,12 @@ impl PointStore {
 
     /// The slot of the oldest point of two groups: the home of the new point and the next one in turn. The latter one must
     /// be older by [`HOME_BONUS`]; of equally old ones in a group the first is taken. The store is full.
-    fn recycle(&mut self, home: Option<usize>, image: &PointImage, policy: &Replacement) -> usize {
+    fn recycle(&mut self, home: Option<(usize, &Places)>, image: &PointImage, policy: &Replacement) -> usize {
         let turn = self.hand;
         self.hand = (turn + 1) % self.groups();
-        let mut best = self.oldest(turn, image, policy);
-        if let Some(home) = home {
-            let local = self.oldest(home, image, policy);
+        let mut best = self.oldest(turn, &self.places(turn, image), policy);
+        if let Some((home, places)) = home {
+            let local = self.oldest(home, places, policy);
             if local.1 + HOME_BONUS >= best.1 {
                 best = local;
             }
@@ -193,8 +203,7 @@ impl PointStore {
     }
 
     /// The slot of the oldest point of a group, and its age with the bonus for those that the picture does not show.
-    fn oldest(&self, group: usize, image: &PointImage, policy: &Replacement) -> (usize, u32) {
-        let places = self.places(group, image);
+    fn oldest(&self, group: usize, places: &Places, policy: &Replacement) -> (usize, u32) {
         let first = group * LANES;
         let mut best = (first, 0);
         for (slot, place) in (first..self.capacity()).zip(places) {
@@ -211,19 +220,20 @@ impl PointStore {
 
     /// The slot of a point in the group that the picture does not show or that falls to the home of others. Points that came
     /// since the last tick stay.
-    fn stray(&self, group: usize, image: &PointImage) -> Option<usize> {
-        let stray = |place: Option<u32>| {
-            place.is_none_or(|pixel| self.home(image, pixel as usize).abs_diff(group) > 1)
-        };
-        let places = self.places(group, image);
+    fn stray(&self, group: usize, places: &Places, image: &PointImage) -> Option<usize> {
+        // The pixels whose home is the group or one beside it, as `home` finds it but without dividing for each.
+        let (groups, pixels) = (self.groups() as u64, image.slot_plane().len() as u64);
+        let near = (group.saturating_sub(1) as u64 * pixels)..(group as u64 + 2) * pixels;
+        let stray =
+            |place: Option<u32>| place.is_none_or(|pixel| !near.contains(&(u64::from(pixel) * groups)));
         let mut slots = (group * LANES..self.capacity()).zip(places);
         slots
-            .find(|&(slot, place)| self.is_live(slot) && self.age[slot] > 0 && stray(place))
+            .find(|&(slot, place)| self.is_live(slot) && self.age[slot] > 0 && stray(*place))
             .map(|found| found.0)
     }
 
     /// For each slot of a group the pixel that shows its point, as its place in the planes.
-    fn places(&self, group: usize, image: &PointImage) -> [Option<u32>; LANES] {
+    fn places(&self, group: usize, image: &PointImage) -> Places {
         let (mut pixel, mut depth, mut tag) = ([0; 2 * LANES], [0; 2 * LANES], [0; 2 * LANES]);
         let mut list = ListMut {
             pixel: &mut pixel,

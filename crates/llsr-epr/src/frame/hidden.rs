@@ -29,6 +29,8 @@ pub(crate) struct HiddenScratch {
     /// Least depth of five columns, for five rows in a ring.
     across: [Vec<f32>; 5],
     padded: Vec<f32>,
+    /// For each pixel of a row the depth beyond which everything is hidden.
+    limits: Vec<f32>,
     hidden: Vec<(u32, u32)>,
 }
 
@@ -91,17 +93,33 @@ impl HiddenScratch {
         let (width, height) = points.size();
         let (columns, stride) = (width as usize, points.stride());
         self.hidden.clear();
+        self.limits.clear();
+        self.limits.resize(columns, f32::INFINITY);
+        let mut bounded = false;
         for y in 0..height as usize {
+            if y.is_multiple_of(CELL) {
+                // One limit for each pixel, so that many are compared at once.
+                let cells = &depths[y / CELL * columns.div_ceil(CELL)..][..columns.div_ceil(CELL)];
+                bounded = cells.iter().any(|&limit| limit < f32::INFINITY);
+                for (limits, &limit) in self.limits.chunks_mut(CELL).zip(cells) {
+                    limits.fill(limit);
+                }
+            }
+            if !bounded {
+                continue;
+            }
             let row = &points.depth_plane()[y * stride..][..columns];
-            let cells = &depths[y / CELL * columns.div_ceil(CELL)..];
-            for (cell, (row, &limit)) in row.chunks(CELL).zip(cells).enumerate() {
-                let beyond = |depth: f32| (depth > limit) & (depth < f32::INFINITY);
-                if !row.iter().fold(false, |any, &depth| any | beyond(depth)) {
+            let beyond = |depth: f32, limit: f32| (depth > limit) & (depth < f32::INFINITY);
+            for (block, (row, limits)) in row.chunks(64).zip(self.limits.chunks(64)).enumerate() {
+                let pairs = || row.iter().zip(limits);
+                if !pairs().fold(false, |any, (&depth, &limit)| any | beyond(depth, limit)) {
                     continue;
                 }
-                let found = row.iter().enumerate().filter(|&(_, &depth)| beyond(depth));
+                let found = pairs()
+                    .enumerate()
+                    .filter(|&(_, (&depth, &limit))| beyond(depth, limit));
                 self.hidden
-                    .extend(found.map(|(i, _)| ((cell * CELL + i) as u32, y as u32)));
+                    .extend(found.map(|(i, _)| ((block * 64 + i) as u32, y as u32)));
             }
         }
         for &(x, y) in &self.hidden {
