@@ -39,8 +39,7 @@ pub(crate) fn fill(
                 let mask = if free {
                     around
                 } else {
-                    // Costs more than all that.
-                    around & reach::mask(reach, x, y)
+                    reach::mask_among(reach, x, y, around)
                 };
                 if let Some(found) = filtered(picture, kernel, mask, x, y) {
                     patches.push(y * picture.stride + x, found);

@@ -14,8 +14,9 @@ use crate::reach::{FORWARD, REACH_PLANES};
 
 /// Pixels handled at once.
 pub(crate) const BLOCK: usize = 16;
-/// Words of 64 pixels in a tile: five rows of it and what is made of them fit the first-level cache.
-const TILE_WORDS: usize = 4;
+/// Words of 64 pixels in a tile: five rows of it and what is made of them fit the second-level cache. Narrower tiles fit the first
+/// level, but read and write large pictures in short runs, each on other pages of memory, which costs much more.
+const TILE_WORDS: usize = 32;
 pub(crate) const TILE: usize = TILE_WORDS * 64;
 /// Pixels on each side of the tile that its windows look at, a whole block of them.
 pub(crate) const MARGIN: usize = BLOCK;

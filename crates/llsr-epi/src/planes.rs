@@ -41,6 +41,14 @@ impl<const N: usize> Planes<N> {
         }
     }
 
+    /// One bit, as [`PlaneRow::bit`] of [`row`](Self::row) gives it, for those who look at single pixels here and there.
+    #[inline]
+    pub(crate) fn bit(&self, plane: usize, x: isize, y: isize) -> bool {
+        let row = (y + GUARD_ROWS as isize) as usize * self.row_len();
+        let x = (x + 64) as usize;
+        self.bits[row + plane * (self.words + 2 * GUARD) + x / 64] >> (x % 64) & 1 != 0
+    }
+
     /// Sets the bit of a pixel of the picture.
     pub(crate) fn set(&mut self, plane: usize, x: usize, y: usize) {
         let start = (y + GUARD_ROWS) * self.row_len() + plane * (self.words + 2 * GUARD);

@@ -385,15 +385,26 @@ fn keep<W: Lanes>(out: &mut [u64], len: usize, at: usize, plane: usize, reached:
 
 /// The 24-bit mask of one pixel: bit i stands for neighbour i of the 5x5 window in scan order, the centre left out.
 pub(crate) fn mask(planes: &Planes<REACH_PLANES>, x: usize, y: usize) -> u32 {
-    // Asked for thousands of pixels a frame: each row is looked up once.
-    let y = y as isize;
-    let rows = [planes.row(y), planes.row(y - 1), planes.row(y - 2)];
-    let mut mask = 0;
-    for (plane, (dx, dy)) in FORWARD.into_iter().enumerate() {
-        let forward = rows[0].bit(plane, x as isize);
-        // The same pair of pixels, seen from the later one.
-        let backward = rows[dy as usize].bit(plane, x as isize - dx);
-        mask |= u32::from(forward) << (12 + plane) | u32::from(backward) << (11 - plane);
+    mask_among(planes, x, y, (1 << (2 * REACH_PLANES)) - 1)
+}
+
+/// The bits of [`mask`] that are also in `wanted`. Costs the less the fewer these are.
+pub(crate) fn mask_among(planes: &Planes<REACH_PLANES>, x: usize, y: usize, wanted: u32) -> u32 {
+    let (x, y) = (x as isize, y as isize);
+    let (mut left, mut mask) = (wanted, 0);
+    while left != 0 {
+        let i = left.trailing_zeros();
+        left &= left - 1;
+        let plane = i as usize % REACH_PLANES;
+        let reached = if i as usize >= REACH_PLANES {
+            planes.bit(plane, x, y)
+        } else {
+            // The same pair of pixels, seen from the later one.
+            let plane = REACH_PLANES - 1 - plane;
+            let (dx, dy) = FORWARD[plane];
+            planes.bit(plane, x - dx, y - dy)
+        };
+        mask |= u32::from(reached) << i;
     }
     mask
 }

@@ -8,7 +8,7 @@ use crate::image::EdgePointImage;
 use crate::{EdgeList, Occlusion, Picture, Point, ScreenSegment, Settings};
 
 /// Sizes on both sides of words, vectors and tiles.
-const SIZES: [(u32, u32); 9] = [
+const SIZES: [(u32, u32); 10] = [
     (1, 1),
     (5, 3),
     (63, 9),
@@ -18,6 +18,7 @@ const SIZES: [(u32, u32); 9] = [
     (300, 40),
     (512, 16),
     (1030, 11),
+    (2070, 5),
 ];
 
 /// Everything that the passes leave behind, as bits.

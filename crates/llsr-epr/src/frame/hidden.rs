@@ -191,23 +191,33 @@ fn is_hidden(
 ) -> bool {
     let (stride, (width, height)) = (points.stride(), points.size());
     let (depths, slots) = (points.depth_plane(), points.slot_plane());
-    let object = store.object(slots[y * stride + x]);
     // Bits as in the masks of reachability: the window in scan order without its centre.
+    let limit = depth * (1.0 - OTHER_OBJECT);
     let mut nearer = 0u32;
     for v in y.saturating_sub(REACH)..(y + REACH + 1).min(height as usize) {
-        for u in x.saturating_sub(REACH)..(x + REACH + 1).min(width as usize) {
-            let near = depths[v * stride + u];
-            if near >= depth * (1.0 - OTHER_OBJECT) {
-                continue;
-            }
-            let same = store.object(slots[v * stride + u]) == object;
-            let steps = u.abs_diff(x).max(v.abs_diff(y)) as f32;
-            if !same || near < depth * (1.0 - SAME_OBJECT * steps) {
-                let tap = (v + REACH - y) * 5 + u + REACH - x;
-                nearer |= 1 << (tap - usize::from(tap > 12));
-            }
+        let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width as usize);
+        let first = (v + REACH - y) * 5 + columns.start + REACH - x;
+        for (i, &near) in depths[v * stride..][columns].iter().enumerate() {
+            nearer |= u32::from(near < limit) << (first + i);
         }
     }
-    // The mask costs more than all that.
-    nearer != 0 && nearer & image.reach_mask(x as u32, y as u32) != 0
+    let nearer = nearer & 0xfff | nearer >> 1 & 0xfff000;
+    if nearer == 0 {
+        return false;
+    }
+    // Whose they are is looked up all over the cache, so only for those that are reached.
+    let mut reached = image.reach_mask_among(x as u32, y as u32, nearer);
+    let object = store.object(slots[y * stride + x]);
+    while reached != 0 {
+        let bit = reached.trailing_zeros() as usize;
+        reached &= reached - 1;
+        let tap = bit + usize::from(bit >= 12);
+        let (u, v) = (x + tap % 5 - REACH, y + tap / 5 - REACH);
+        let at = v * stride + u;
+        let steps = u.abs_diff(x).max(v.abs_diff(y)) as f32;
+        if depths[at] < depth * (1.0 - SAME_OBJECT * steps) || store.object(slots[at]) != object {
+            return true;
+        }
+    }
+    false
 }
