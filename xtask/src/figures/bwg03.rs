@@ -61,7 +61,7 @@ const CASES: [Case; 5] = [
         scene: &["@/classroom.glb", "--tube", "FluorescentTube=3000lm"],
         shader: "gi",
         samples: "2621",
-        every: "22",
+        every: "44",
         table1: ["101,306", "153,526"],
         table2: [
             "2.5", "11", "26", "11", "14", "2", "6", "77", "13.0", "92", "4.5", "58",

@@ -5,6 +5,7 @@
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, Hash, RandomState};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Parts with a lock of their own; threads seldom meet in one.
@@ -24,6 +25,8 @@ pub(crate) struct Memory<K, V> {
     hasher: RandomState,
     /// Bytes of one generation of a shard.
     limit: usize,
+    /// How often everything has been forgotten.
+    epoch: AtomicU64,
 }
 
 /// Two generations: when the young one is full it becomes the old one, and what was old and not asked for since is gone.
@@ -31,6 +34,8 @@ pub(crate) struct Memory<K, V> {
 struct Shard<K, V> {
     young: Generation<K, V>,
     old: Generation<K, V>,
+    /// That of the memory when it was last asked.
+    epoch: u64,
 }
 
 #[derive(Debug)]
@@ -61,18 +66,34 @@ impl<K: Copy + Eq + Hash, V: Footprint> Memory<K, V> {
             Mutex::new(Shard {
                 young: Generation::default(),
                 old: Generation::default(),
+                epoch: 0,
             })
         };
         Self {
             shards: (0..SHARDS).map(|_| shard()).collect(),
             hasher: RandomState::new(),
             limit: limit / (2 * SHARDS),
+            epoch: AtomicU64::new(0),
         }
+    }
+
+    /// Forgets everything. Returns at once: each part frees its memory when it is next asked.
+    pub(crate) fn forget(&self) {
+        self.epoch.fetch_add(1, Ordering::Relaxed);
     }
 
     fn shard(&self, key: &K) -> MutexGuard<'_, Shard<K, V>> {
         let shard = &self.shards[self.hasher.hash_one(key) as usize % SHARDS];
-        shard.lock().unwrap_or_else(PoisonError::into_inner)
+        let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
+        let epoch = self.epoch.load(Ordering::Relaxed);
+        if shard.epoch != epoch {
+            *shard = Shard {
+                young: Generation::default(),
+                old: Generation::default(),
+                epoch,
+            };
+        }
+        shard
     }
 
     /// The value of a key, if it is remembered and `holds` says that it still holds.
@@ -180,5 +201,18 @@ mod tests {
             assert!(memory.get(&key, |_| true).is_some());
         }
         assert!(memory.size().0 <= 2 * SHARDS);
+    }
+
+    #[test]
+    fn what_is_forgotten_is_gone() {
+        let memory: Memory<u32, Vec<u8>> = Memory::new(1 << 20);
+        for key in 0..1000 {
+            memory.put(key, vec![1]);
+        }
+        memory.forget();
+        assert!((0..1000).all(|key| memory.get(&key, |_| true).is_none()));
+        assert_eq!(memory.size(), (0, 0), "and so is its memory");
+        memory.put(3, vec![1]);
+        assert!(memory.get(&3, |_| true).is_some(), "new values are kept");
     }
 }

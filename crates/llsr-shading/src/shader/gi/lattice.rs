@@ -9,11 +9,30 @@ use llsr_scene::{Bounds, ObjectId};
 use llsr_tracer::{Hit, Surface, Tracer};
 
 use crate::random::mix;
+use crate::shader::World;
 
 /// Surfaces that one line may cross; the rest are left out.
 const CROSSINGS: usize = 256;
 /// The most levels.
 pub(crate) const LEVELS: usize = 12;
+
+/// One object in so many may be left out of the size of a scene.
+const OUTLIERS: usize = 16;
+
+/// The size of a scene to which distances of records are proportional (m): the diagonal of its box, or of that without a sixteenth of
+/// the objects, the largest, if it is less than half of that. A room often lies on a ground that is much larger.
+pub(crate) fn scene_size(world: &World) -> f64 {
+    let scene = world.scene();
+    let mut boxes: Vec<Bounds> = (0..scene.objects.len())
+        .map(|index| scene.object_bounds(ObjectId::from(index)))
+        .filter(|bounds| !bounds.is_empty())
+        .collect();
+    boxes.sort_by(|a, b| a.diagonal().total_cmp(&b.diagonal()));
+    boxes.truncate(boxes.len() - boxes.len() / OUTLIERS);
+    let most = boxes.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
+    let (all, most) = (f64::from(world.bounds().diagonal()), f64::from(most.diagonal()));
+    if most > 0.0 && most < 0.5 * all { most } else { all }
+}
 
 /// A line of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

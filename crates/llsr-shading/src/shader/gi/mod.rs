@@ -35,14 +35,14 @@ use rand_pcg::Pcg64Mcg;
 use crate::shader::look::{diffuse_radiance, direct_and_met, shade_each};
 use crate::shader::world::Stage;
 use crate::shader::{
-    Encounters, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
+    Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
 };
 use crate::{DirectLight, Method, PreparedLights, Settings, SurfacePoint};
 use cache::{Footprint, Memory};
 use changes::Changes;
 use gather::{Gathered, gather};
 pub(crate) use gather::{Sample, frame, unit};
-use lattice::{LEVELS, Lattice, LineKey, PlaceKey};
+use lattice::{LEVELS, Lattice, LineKey, PlaceKey, scene_size};
 use path::{Beacon, Paths};
 use record::{Fan, Record};
 
@@ -59,12 +59,13 @@ pub struct GiSettings {
     pub bounces: u32,
     /// How wrong a record may be, as a share, where it is used: the `a` of Ward et al. 1988; 0.05 to 1.
     pub tolerance: f64,
-    /// Distance of records on the coarsest level, as a share of the diagonal of the scene's box; above 0, at most 1.
+    /// Distance of records on the coarsest level, as a share of the diagonal of the scene's box, large outliers such as a ground left
+    /// out; above 0, at most 1.
     pub spacing: f64,
     /// Levels, 1 to 12; on each, records may lie half as far apart as on the one before.
     pub levels: u32,
-    /// Memory for records (bytes). Each takes about half a kilobyte with the default number of rays. Beyond that, those go that
-    /// were not asked for longest. The lines that lead to records have as much again.
+    /// Memory (bytes), half for records, half for the lines of the lattice that lead to them. A record takes about half a kilobyte
+    /// with the default number of rays. What was not asked for longest goes first.
     pub memory: usize,
     /// Seed of the records.
     pub seed: u64,
@@ -78,7 +79,7 @@ impl Default for GiSettings {
             tolerance: 0.3,
             spacing: 1.0 / 32.0,
             levels: 5,
-            memory: 16 << 20,
+            memory: 24 << 20,
             seed: 0,
         }
     }
@@ -93,7 +94,7 @@ pub struct GiCounts {
     pub records: u64,
     /// Lines of the lattice that are remembered now.
     pub lines: u64,
-    /// What both take (bytes); at most twice [`GiSettings::memory`].
+    /// What both take (bytes); at most [`GiSettings::memory`], but for a few.
     pub bytes: u64,
     /// Points for which no record was good enough, so that light was gathered for them alone.
     pub alone: u64,
@@ -161,13 +162,14 @@ impl GiShader {
             ..Settings::default()
         };
         let diagonal = f64::from(world.bounds().diagonal()).max(f64::MIN_POSITIVE);
+        let size = scene_size(&world).max(f64::MIN_POSITIVE);
         let prepare = |settings| PreparedLights::new(world.lights(), &world.scene().materials, settings);
         let beacons = world.lights().iter().map(Beacon::new).collect();
         let (lights, gathering_lights) = (prepare(&direct), prepare(&gathering));
         Self {
-            lattice: Lattice::new(world.bounds(), settings.spacing * diagonal, settings.seed),
-            lines: Memory::new(settings.memory),
-            records: Memory::new(settings.memory),
+            lattice: Lattice::new(world.bounds(), settings.spacing * size, settings.seed),
+            lines: Memory::new(settings.memory / 2),
+            records: Memory::new(settings.memory / 2),
             stage: RwLock::new(Arc::new(GiStage {
                 stage: Stage { world, lights },
                 gathering_lights,
@@ -470,5 +472,13 @@ impl Shader for GiShader {
             beacons: change.world.lights().iter().map(Beacon::new).collect(),
             changes,
         });
+        // No record outlives a light that moves.
+        if change
+            .moves
+            .iter()
+            .any(|moved| matches!(moved.what, MovedThing::Light(_)))
+        {
+            self.records.forget();
+        }
     }
 }

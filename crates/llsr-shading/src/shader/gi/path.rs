@@ -14,6 +14,9 @@ use crate::{DirectLight, LightState, SurfacePoint};
 /// A path that carries less than this share of its light goes on by chance.
 const ROULETTE: f64 = 0.3;
 
+/// Lights of which each is looked at from the first surface of a path. Of more lights so many are picked.
+const MANY_LIGHTS: usize = 6;
+
 /// A light from afar.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beacon {
@@ -73,10 +76,12 @@ impl Paths<'_> {
                 distance = surface.distance;
             }
             let seed = rand_core::Rng::next_u64(random);
-            let irradiance = if bounce == 0 {
-                self.by_all_lights(&surface, seed, scratch)
+            let irradiance = if bounce > 0 {
+                self.by_some_lights(1.0, &surface, seed, random, scratch)
+            } else if self.beacons.len() > MANY_LIGHTS {
+                self.by_some_lights(MANY_LIGHTS as f64, &surface, seed, random, scratch)
             } else {
-                self.by_one_light(&surface, seed, random, scratch)
+                self.by_all_lights(&surface, seed, scratch)
             };
             let albedo = surface.albedo.as_dvec3();
             sum += share * (surface.emission.as_dvec3() + albedo * irradiance * FRAC_1_PI);
@@ -115,9 +120,11 @@ impl Paths<'_> {
         irradiance
     }
 
-    /// The same on average, from one light, picked by what it may give.
-    fn by_one_light(
+    /// The same on average, from `count` lights, picked by what they may give: systematic sampling, so that a light that gives
+    /// more than its share is picked each time.
+    fn by_some_lights(
         &self,
+        count: f64,
         surface: &SurfacePoint,
         seed: u64,
         random: &mut Pcg64Mcg,
@@ -128,13 +135,18 @@ impl Paths<'_> {
             .iter()
             .map(|beacon| beacon.weight(surface.position))
             .sum();
-        let mut left = all * unit(random);
+        let step = all / count;
+        let mut irradiance = DVec3::ZERO;
+        // How far it is to the next pick along the sum of the weights.
+        let mut left = step * unit(random);
         for (index, beacon) in self.beacons.iter().enumerate() {
             let weight = beacon.weight(surface.position);
             left -= weight;
             if left >= 0.0 || weight <= 0.0 {
                 continue;
             }
+            let picks = (-left / step).ceil();
+            left += picks * step;
             let ShaderScratch {
                 direct,
                 states,
@@ -149,9 +161,9 @@ impl Paths<'_> {
             let answer = self
                 .direct
                 .shade_point_by(surface, id, at, &mut states[0], direct, statistics);
-            return beacon.colour * (answer.irradiance * all / weight);
+            irradiance += beacon.colour * (answer.irradiance * picks * step / weight);
         }
-        DVec3::ZERO
+        irradiance
     }
 
     /// A hemisphere's directions that a surface can get light from at all.
