@@ -29,8 +29,8 @@ cargo xtask TASK
   figures of99            the figures and tables of the 1999 paper, into docs/papers/of99
   figures accuracy        error against run time on the built-in scenes, into docs/performance
   figures economies [--data FOLDER]   what each kind of work left out is worth, there too; FOLDER may hold classroom.glb
-  figures bwg03 [--data FOLDER] [tables | FIGURE]   those of the 2003 paper, into docs/papers/bwg03, or one of them; FOLDER
-                          may hold classroom.glb, igea.glb and dragon_vrip.glb
+  figures bwg03 [--data FOLDER] [NAME]   those of the 2003 paper, into docs/papers/bwg03, or the table or figure of that
+                          name; FOLDER may hold classroom.glb, igea.glb and dragon_vrip.glb
   soak [FRAMES]           a live walk with moving things, 20000 frames: memory and end
 
   view-test [FOLDER]      the window of llsr view on a virtual screen, where Xvfb and xdotool are installed

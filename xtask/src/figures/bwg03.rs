@@ -12,6 +12,8 @@ use crate::run::{cargo, root, run as run_command};
 
 /// A scene of the paper's tables, and what stands for it here.
 struct Case {
+    /// What it is called on the command line.
+    name: &'static str,
     /// Name in the paper, and what we show.
     paper: &'static str,
     ours: &'static str,
@@ -30,6 +32,7 @@ struct Case {
 
 const CASES: [Case; 5] = [
     Case {
+        name: "rooms",
         paper: "Rooms",
         ours: "demo:rooms",
         scene: &["demo:rooms"],
@@ -43,6 +46,7 @@ const CASES: [Case; 5] = [
         table3: ["1,814", "7,356", "87.0", "8.9", "4.1"],
     },
     Case {
+        name: "chains",
         paper: "Chains",
         ours: "demo:chains",
         scene: &["demo:chains"],
@@ -56,6 +60,7 @@ const CASES: [Case; 5] = [
         table3: ["3,644", "14,138", "92.0", "6.9", "1.1"],
     },
     Case {
+        name: "classroom",
         paper: "Mack",
         ours: "classroom",
         scene: &["@/classroom.glb", "--tube", "FluorescentTube=3000lm"],
@@ -69,6 +74,7 @@ const CASES: [Case; 5] = [
         table3: ["3,669", "27,917", "89.1", "9.7", "1.2"],
     },
     Case {
+        name: "igea",
         paper: "David",
         ours: "igea",
         scene: &[
@@ -88,6 +94,7 @@ const CASES: [Case; 5] = [
         table3: ["39,116", "163,338", "92.5", "3.5", "4.0"],
     },
     Case {
+        name: "dragon",
         paper: "Dragon",
         ours: "dragon with grid",
         scene: &[
@@ -168,16 +175,17 @@ const FRAMES: &str = "45";
 /// Size of the figures.
 const FIGURE: &str = "320x320";
 
-/// Writes tables and figures; `only` one of them, if it names `tables` or a figure. What fails does not keep the rest from being written.
+/// Writes tables and figures; `only` the tables, a figure or the tables with one case measured anew, if it names one. What fails does not
+/// keep the rest from being written.
 pub(crate) fn run(data: Option<&Path>, only: Option<&str>) -> Result<(), String> {
-    let names = || FIGURES.iter().map(|figure| figure.0);
-    if let Some(name) = only
-        && name != "tables"
-        && !names().any(|figure| figure == name)
-    {
-        let names: Vec<&str> = names().collect();
+    let names: Vec<&str> = ["tables"]
+        .into_iter()
+        .chain(CASES.iter().map(|case| case.name))
+        .chain(FIGURES.iter().map(|figure| figure.0))
+        .collect();
+    if let Some(name) = only.filter(|name| !names.contains(name)) {
         return Err(format!(
-            "bwg03: there is no '{name}'; there are tables, {}",
+            "bwg03: there is no '{name}'; there are {}",
             names.join(", ")
         ));
     }
@@ -192,17 +200,16 @@ pub(crate) fn run(data: Option<&Path>, only: Option<&str>) -> Result<(), String>
     let work = Work {
         data,
         folder: root().join("docs/papers/bwg03"),
+        reports: root().join("target/bwg03"),
         scratch: std::env::temp_dir().join(format!("llsr-figures-{}", std::process::id())),
     };
-    for folder in [&work.folder, &work.scratch] {
+    for folder in [&work.folder, &work.reports, &work.scratch] {
         fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
     work.prepare()?;
     let wanted = |name: &str| only.is_none_or(|only| only == name);
     let mut failed = Vec::new();
-    if wanted("tables") {
-        failed.extend(work.tables().err());
-    }
+    failed.extend(work.tables(|case| wanted("tables") || wanted(case.name)).err());
     for figure in FIGURES.iter().filter(|figure| wanted(figure.0)) {
         failed.extend(timed(figure.0, || work.figure(figure)).err());
     }
@@ -228,6 +235,7 @@ fn timed<T>(name: &str, part: impl FnOnce() -> Result<T, String>) -> Result<T, S
 struct Work<'a> {
     data: Option<&'a Path>,
     folder: PathBuf,
+    reports: PathBuf,
     scratch: PathBuf,
 }
 
@@ -273,20 +281,23 @@ impl Work<'_> {
         arguments.iter().map(one).collect()
     }
 
-    /// Writes the tables: after every case, with those that there are so far.
-    fn tables(&self) -> Result<(), String> {
-        let mut reports = Vec::new();
+    /// Measures the cases that are `wanted` and writes the tables: after each, from all reports that there are.
+    fn tables(&self, wanted: impl Fn(&Case) -> bool) -> Result<(), String> {
         let mut failed = Vec::new();
-        for case in &CASES {
+        for case in CASES.iter().filter(|case| wanted(case)) {
             let Some(scene) = self.placed(case.scene) else {
-                println!("{}: not there, left out", case.ours);
+                println!("{}: not there, left out", case.name);
                 continue;
             };
-            match timed(case.ours, || self.measure(case, &scene)) {
-                Ok(report) => reports.push((case, report)),
-                Err(error) => failed.push(error),
-            }
-            write(&self.folder.join("README.md"), tables(&reports))?;
+            failed.extend(timed(case.name, || self.measure(case, &scene)).err());
+            let reports = CASES.iter().filter_map(|case| {
+                let report = read_json(&self.report(case)).ok()?;
+                Some((case, report))
+            });
+            write(
+                &self.folder.join("README.md"),
+                tables(&reports.collect::<Vec<_>>()),
+            )?;
         }
         if failed.is_empty() {
             Ok(())
@@ -295,17 +306,25 @@ impl Work<'_> {
         }
     }
 
-    /// The report of one case's walk.
-    fn measure(&self, case: &Case, scene: &[String]) -> Result<Value, String> {
-        let report = self.scratch.join("report.json");
+    /// Where the report of a case is kept, for the tables to be written anew when another case is measured.
+    fn report(&self, case: &Case) -> PathBuf {
+        self.reports.join(format!("{}.json", case.name))
+    }
+
+    /// Makes one case's walk and keeps its report.
+    fn measure(&self, case: &Case, scene: &[String]) -> Result<(), String> {
+        let report = self.report(case);
+        // Should the walk fail, no older one stands for it.
+        if report.exists() {
+            fs::remove_file(&report).map_err(|e| format!("{}: {e}", report.display()))?;
+        }
         let mut command = walk(scene);
         command
             .args(["--size", "512x512", "--frames", FRAMES, "--every", case.every])
             .args(["--compare", "raytrace", "--shader", case.shader])
             .args(["--samples-per-frame", case.samples, "--report"])
             .arg(&report);
-        run_command(&mut command)?;
-        read_json(&report)
+        run_command(&mut command)
     }
 
     /// Writes the pictures of one figure.

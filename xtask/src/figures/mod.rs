@@ -5,7 +5,8 @@ mod bwg03;
 mod curves;
 mod of99;
 
-const USAGE: &str = "usage: cargo xtask figures of99 | accuracy | economies [--data FOLDER] | bwg03 [--data FOLDER] [tables | FIGURE]";
+const USAGE: &str =
+    "usage: cargo xtask figures of99 | accuracy | economies [--data FOLDER] | bwg03 [--data FOLDER] [NAME]";
 
 /// `cargo xtask figures`; see [`USAGE`].
 pub(crate) fn run(args: &[String]) -> Result<(), String> {
