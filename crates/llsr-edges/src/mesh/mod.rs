@@ -231,6 +231,26 @@ impl MeshEdges {
             .map(|v| self.positions[v as usize])
     }
 
+    /// The ends of many edges (m), in the place of the first ones of `out`.
+    ///
+    /// In large meshes each edge and each end is somewhere else in memory. Here many are asked for at a time, and none waits
+    /// for what is done with another: several times as fast as [`segment`](Self::segment) for each.
+    ///
+    /// # Panics
+    /// If there is no such edge, or `out` is shorter than `edges`.
+    pub fn segments(&self, edges: &[u32], out: &mut [[Vec3; 2]]) {
+        const BATCH: usize = 64;
+        let mut vertices = [[0; 2]; BATCH];
+        for (edges, out) in edges.chunks(BATCH).zip(out[..edges.len()].chunks_mut(BATCH)) {
+            for (vertices, &edge) in vertices.iter_mut().zip(edges) {
+                *vertices = self.edges[edge as usize].vertices;
+            }
+            for (out, &[a, b]) in out.iter_mut().zip(&vertices) {
+                *out = [self.positions[a as usize], self.positions[b as usize]];
+            }
+        }
+    }
+
     /// Welded positions (m).
     pub fn positions(&self) -> &[Vec3] {
         &self.positions

@@ -6,7 +6,7 @@ mod warning;
 
 use std::sync::Arc;
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 use llsr_intervals::{QueryStatistics, Viewpoint};
 use llsr_scene::{Bounds, Camera, Geometry, Mesh, MeshId, ObjectId, Projection, Scene, Viewport};
 
@@ -15,6 +15,9 @@ use crate::{EdgeOptions, EdgeScratch, FoundEdges, MeshEdges};
 pub use found::{EdgeClass, EdgeRun, SceneFound, ViewedEdge};
 pub use outline::{Eye, onto_surface, outline, outline_chords};
 pub use warning::EdgeWarning;
+
+/// Edges whose ends are fetched at a time.
+const SEGMENTS: usize = 256;
 
 /// How the edges of a scene are prepared.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -325,10 +328,23 @@ impl SceneEdges {
                     return nothing;
                 };
                 let statistics = edges.find(&viewer, &mut scratch.mesh, &mut scratch.found);
-                let world = |edge: u32| edges.segment(edge).map(|p| placed.transform.transform_point3(p));
-                let mut add = |class, edges: &mut dyn Iterator<Item = u32>| {
+                let mut add = |class, list: &mut dyn Iterator<Item = u32>| {
+                    let (mut numbers, mut segments) = ([0; SEGMENTS], [[Vec3::ZERO; 2]; SEGMENTS]);
                     found.begin(object, class);
-                    edges.for_each(|edge| found.push(edge, world(edge)));
+                    loop {
+                        let mut count = 0;
+                        for (number, edge) in numbers.iter_mut().zip(&mut *list) {
+                            *number = edge;
+                            count += 1;
+                        }
+                        edges.segments(&numbers[..count], &mut segments);
+                        for (&edge, ends) in numbers[..count].iter().zip(&segments) {
+                            found.push(edge, ends.map(|p| placed.transform.transform_point3(p)));
+                        }
+                        if count < SEGMENTS {
+                            break;
+                        }
+                    }
                     found.end();
                 };
                 add(
