@@ -49,6 +49,7 @@ pub(crate) enum Command {
     /// Draw a scene's lines: silhouettes, creases, boundaries and shadow edges, as layers of an .svg
     Edges(EdgesArgs),
     /// Walk through a scene in a window, and move what is in it
+    #[command(long_about = VIEW)]
     View(ViewArgs),
     /// Measure error against run time, method by method
     Bench(BenchArgs),
@@ -291,10 +292,18 @@ pub(crate) struct WalkArgs {
     pub(crate) every: u32,
 }
 
+const VIEW: &str = "Walk through a scene in a window, and move what is in it
+
+W A S D and the arrows fly, E and Q go up and down, dragging with the left mouse button turns, the wheel comes nearer, and
+dragging with the right button moves what is under the pointer: objects, and lights once L shows them. G, P, R, B and T show
+edges, samples, reachability, blind interpolation and plain ray tracing. X saves a finished picture, C records a path for
+`llsr walk --path`, H lists all keys, Escape ends.";
+
 const PATHS: &str = "Camera path: a text file with one line a frame, 30 frames a second. A line holds ten numbers: the
 position (metres, in the frame of the scene's file), the direction of view, the upward direction, and the vertical
 opening angle in degrees. Empty lines and lines that start with # do not count. `llsr view` records such files.
-Without it the camera goes straight on at 1.4 m/s (slower in small scenes) and turns by 20 degrees a second.";
+--frames cuts a longer path, and at the end of a shorter one the camera waits. Without a path the camera goes straight on
+at 1.4 m/s (slower in small scenes) and turns by 20 degrees a second.";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum WalkShader {

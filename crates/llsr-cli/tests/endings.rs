@@ -17,6 +17,9 @@ const LLSR: Program = Program::new(env!("CARGO_BIN_EXE_llsr"), &[]);
 /// Far more than anything here takes, on a busy machine too.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// A camera that stands still, for walks whose shader is away: one that goes on leaves behind all that is known.
+const STILL: &str = "0 1.6 4  0 -0.2 -1  0 1 0  60\n";
+
 /// A walk that is under way, killed if the test fails.
 struct Walk {
     child: Child,
@@ -220,7 +223,10 @@ fn a_shader_killed_in_mid_walk_is_told_and_counted_and_comes_back() {
             frames,
             "--every",
             "10",
+            "--path",
+            "still.txt",
         ];
+        fs::write(folder.path().join("still.txt"), STILL).expect("a file");
         let args = [&long[..], &["--shader-cmd", &client, "--report", "r.json"], mode].concat();
         let mut walk = Walk::start(folder.path(), &args);
         walk.wait_for_frame(19);
@@ -253,8 +259,17 @@ fn the_picture_outlives_a_shader_that_is_given_up() {
     let Some(client) = client("test -e client && exit 3;") else {
         return;
     };
+    fs::write(folder.path().join("still.txt"), STILL).expect("a file");
     let long = ["demo:wall", "--size", "48x32", "--frames", "400", "--every", "10"];
-    let args = [&long[..], &["--shader-cmd", &client, "--report", "r.json"]].concat();
+    let more = [
+        "--path",
+        "still.txt",
+        "--shader-cmd",
+        &client,
+        "--report",
+        "r.json",
+    ];
+    let args = [&long[..], &more].concat();
     let mut walk = Walk::start(folder.path(), &args);
     walk.wait_for_frame(19);
     signal("-KILL", &client_number(folder.path()).expect("it has begun"));
