@@ -18,6 +18,7 @@ pub(crate) use window::run;
 
 #[cfg(feature = "view")]
 mod window {
+    use std::path::Path;
     use std::sync::Arc;
     use std::time::Instant;
 
@@ -115,6 +116,14 @@ mod window {
         Ok(())
     }
 
+    /// The scene's name without its folder.
+    fn title(scene: &str) -> String {
+        let name = Path::new(scene)
+            .file_name()
+            .map(|name| name.to_string_lossy().into_owned());
+        name.unwrap_or_else(|| scene.to_owned())
+    }
+
     fn view_settings(args: &ViewArgs, common: &Common, started: Instant) -> ViewSettings {
         let mut settings = ViewSettings::default();
         if let Some(threads) = common.threads {
@@ -128,7 +137,7 @@ mod window {
             .map_or(pixels / 50, u64::from)
             .clamp(1, 1 << 18) as usize;
         ViewSettings {
-            title: args.scene.scene.clone(),
+            title: title(&args.scene.scene),
             frames: FrameSettings {
                 seed: common.seed,
                 ..settings.frames

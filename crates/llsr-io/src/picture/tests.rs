@@ -173,6 +173,12 @@ fn exposure_brings_any_unit_into_view() {
         (exposure_for(&darker) - exposure - 10.0).abs() < 1e-6,
         "1024 times darker is ten stops"
     );
+    let around = [&pixels[..], &[Vec3::ZERO; 9000]].concat();
+    assert_eq!(
+        exposure_for(&around),
+        exposure,
+        "what is black around it does not matter"
+    );
     assert_eq!(exposure_for(&[Vec3::ZERO; 9]), 0.0, "black stays black");
     let mut sparse = [Vec3::ZERO; 100];
     sparse[7] = Vec3::splat(0.4);

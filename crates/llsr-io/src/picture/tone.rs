@@ -45,29 +45,23 @@ fn filmic(x: f32) -> f32 {
     x * (A * x + B) / (x * (C * x + D) + E)
 }
 
-/// An exposure, in stops, that shows a picture of any unit: it brings the 90th percentile of luminance to 0.8.
+/// An exposure, in stops, that shows a picture of any unit: it brings the 90th percentile of luminance to 0.8. Black
+/// pixels do not count: most of a picture may be background.
 ///
 /// 0 for a picture that is black or has no finite pixels.
 pub fn exposure_for(pixels: &[Vec3]) -> f64 {
     // Not higher: strips of wall next to a tube are hundreds of times brighter than the room.
     const SHARE: f64 = 0.90;
     const TARGET: f64 = 0.8;
-    let finite = pixels.iter().map(|&p| luminance(p)).filter(|y| y.is_finite());
-    let mut values: Vec<f32> = finite.collect();
+    let lit = pixels
+        .iter()
+        .map(|&p| luminance(p))
+        .filter(|y| y.is_finite() && *y > 0.0);
+    let mut values: Vec<f32> = lit.collect();
     if values.is_empty() {
         return 0.0;
     }
     let rank = ((values.len() - 1) as f64 * SHARE).round() as usize;
-    let (_, &mut white, brighter) = values.select_nth_unstable_by(rank, f32::total_cmp);
-    // A few lights in the dark: their brightest pixel, then.
-    let white = if white > 0.0 {
-        white
-    } else {
-        brighter.iter().copied().fold(0.0, f32::max)
-    };
-    if white > 0.0 {
-        (TARGET / f64::from(white)).log2()
-    } else {
-        0.0
-    }
+    let (_, &mut white, _) = values.select_nth_unstable_by(rank, f32::total_cmp);
+    (TARGET / f64::from(white)).log2()
 }

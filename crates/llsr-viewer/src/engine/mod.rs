@@ -15,7 +15,7 @@ use llsr_epr::{
     ShadowThread, shade_lockstep,
 };
 use llsr_scene::{Camera, LightId, ObjectId, Viewport};
-use llsr_shading::{Encounters, Place, Shader, World};
+use llsr_shading::{Encounters, Place, ShadeRequest, Shader, World};
 
 pub use input::Button;
 
@@ -32,8 +32,9 @@ use crate::settings::{ShaderChoice, ViewError, ViewReport, ViewSettings};
 const WARM_UP: Duration = Duration::from_millis(300);
 /// One pixel in so many is shaded for it.
 const WARM_UP_SHARE: usize = 16;
-/// Requests shaded between two looks at the clock, as many again each time.
-const WARM_UP_CHUNK: usize = 256;
+/// Requests that lie all over the picture, and then as many others. So many are shaded for the first picture between two looks
+/// at the clock, as many again each time.
+const CHUNK: usize = 256;
 /// Longest time that one frame may stand for (s): after a pause one does not fly through a wall.
 const LONGEST_STEP: f64 = 0.1;
 /// How long a pool that is no longer wanted may hold up the display.
@@ -109,6 +110,8 @@ pub struct Engine {
     pool: ShaderPool,
     harvest: Harvest,
     shadows: ShadowThread,
+    /// The requests of a frame in the order in which they are handed in.
+    spread: Vec<ShadeRequest>,
     budget: Budget,
     samples: usize,
     shown: Shown,
@@ -180,6 +183,7 @@ impl Engine {
             pool,
             harvest: Harvest::default(),
             shadows,
+            spread: Vec::new(),
             budget: Budget::default(),
             samples: settings.samples.max(1),
             shown: Shown {
@@ -294,7 +298,8 @@ impl Engine {
                 .ask(self.samples, status.waiting, self.times.interval())
         };
         self.renderer.draw(self.rig.camera(), ask);
-        self.pool.submit(self.renderer.requests());
+        spread(self.renderer.requests(), &mut self.spread);
+        self.pool.submit(&self.spread);
         if let Some(recorder) = &mut self.recorder {
             recorder.frame(self.rig.camera(), seconds);
         }
@@ -364,16 +369,10 @@ impl Engine {
         let start = Instant::now();
         let count = self.viewport.pixels().div_ceil(WARM_UP_SHARE).max(1);
         self.renderer.draw(self.rig.camera(), count);
-        let all = self.renderer.requests();
-        // So that what is shaded before time is up lies everywhere.
-        let rounds = all.len().div_ceil(WARM_UP_CHUNK).max(1);
-        let mut spread = Vec::with_capacity(all.len());
-        for round in 0..rounds {
-            spread.extend(all.iter().skip(round).step_by(rounds));
-        }
+        spread(self.renderer.requests(), &mut self.spread);
         let (mut points, mut met) = (Vec::new(), Encounters::default());
-        let mut rest = &spread[..];
-        let mut chunk = WARM_UP_CHUNK;
+        let mut rest = &self.spread[..];
+        let mut chunk = CHUNK;
         while !rest.is_empty() && start.elapsed() < WARM_UP {
             let (now, later) = rest.split_at(chunk.min(rest.len()));
             let seed = self.settings.frames.seed;
@@ -384,7 +383,7 @@ impl Engine {
                 break;
             }
             rest = later;
-            chunk += WARM_UP_CHUNK;
+            chunk += CHUNK;
         }
         self.renderer.take(&points, &met);
         self.report.samples += points.len() as u64;
@@ -465,6 +464,15 @@ impl Engine {
             }
             self.tracing.of = Some(of);
         }
+    }
+}
+
+/// Puts requests in an order in which the first ones lie everywhere, for a slow shader may not get to the last.
+fn spread(requests: &[ShadeRequest], out: &mut Vec<ShadeRequest>) {
+    out.clear();
+    let rounds = requests.len().div_ceil(CHUNK).max(1);
+    for round in 0..rounds {
+        out.extend(requests.iter().skip(round).step_by(rounds));
     }
 }
 

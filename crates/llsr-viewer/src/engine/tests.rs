@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::Vec3;
 use llsr_io::Tone;
 use llsr_scene::{FieldOfView, LinearLight, Material, Mesh, Scene};
-use llsr_shading::{DirectShader, ShadeRequest, ShadedPoint, ShaderError, ShaderScratch};
+use llsr_shading::{DirectShader, ShadedPoint, ShaderError, ShaderScratch};
 
 use super::*;
 use crate::jobs::PictureSettings;
@@ -646,6 +646,33 @@ fn a_picture_can_be_given_up() {
     drop(engine);
     let left = std::fs::read_dir(folder.path()).expect("the folder").count();
     assert_eq!(left, 0, "nothing half written");
+}
+
+#[test]
+fn requests_are_handed_in_so_that_the_first_lie_everywhere() {
+    for count in [0, 1, 255, 257, 3000] {
+        let all: Vec<ShadeRequest> = (0..count)
+            .map(|id| ShadeRequest {
+                id,
+                origin: DVec3::ZERO,
+                direction: DVec3::Z,
+            })
+            .collect();
+        let mut order = vec![all.first().copied().unwrap_or(ShadeRequest {
+            id: 9,
+            origin: DVec3::ZERO,
+            direction: DVec3::Z,
+        })];
+        spread(&all, &mut order);
+        let mut ids: Vec<u64> = order.iter().map(|request| request.id).collect();
+        let first: Vec<u64> = ids.iter().copied().take(CHUNK / 2).collect();
+        ids.sort_unstable();
+        assert!(ids.into_iter().eq(0..count), "each of {count} once");
+        let gap = first.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+        assert!(gap <= count / CHUNK as u64 + 1, "{count}: a gap of {gap}");
+        let reached = first.last().map_or(0, |&id| id);
+        assert!(reached >= count / 3 || count < 3, "{count}: only up to {reached}");
+    }
 }
 
 #[test]
