@@ -128,6 +128,7 @@ impl EdgePointImage {
             reach: &self.reach,
             kernel: self.settings.kernel,
             fallback: self.settings.fallback.into(),
+            linear: self.settings.linear,
         };
         let scratch = self.scratch.iter_mut().map(|scratch| &mut scratch.interpolate);
         picture

@@ -5,6 +5,7 @@
 //! of five taps, elsewhere as 24 taps under the masks of reachability.
 
 use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED, HAS_SAMPLE, USABLE};
+use crate::fit::{self, FitScratch, FitWindows, Floats};
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
 use crate::picture::{PictureBand, UNREACHED};
@@ -37,6 +38,8 @@ pub(crate) struct InterpolateScratch {
     rows: Box<[TileRow; 5]>,
     /// The same after the vertical filter, for windows without edges.
     down: Box<TileRow>,
+    /// Where planes are fitted.
+    fit: Option<FitScratch>,
 }
 
 impl Default for InterpolateScratch {
@@ -45,6 +48,7 @@ impl Default for InterpolateScratch {
         Self {
             rows: Box::new(std::array::from_fn(|_| row.clone())),
             down: Box::new(row),
+            fit: None,
         }
     }
 }
@@ -70,6 +74,8 @@ pub(crate) fn group_weights(kernel: &Kernel, pair: &[[(usize, usize); 4]; 2]) ->
 pub(crate) trait Blocks {
     /// Sums of one block: weighted red, green, blue, and weight.
     type Sums: Copy;
+    /// Sixteen floats.
+    type Floats: Floats;
     /// Unpacks 16 pixels into `row` from column `at`.
     fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize);
     /// Vertical filter of the 16 pixels from column `at`.
@@ -102,6 +108,8 @@ pub(crate) struct Source<'a> {
     pub(crate) reach: &'a Planes<REACH_PLANES>,
     pub(crate) kernel: Kernel,
     pub(crate) fallback: [f32; 3],
+    /// Fit planes to the samples.
+    pub(crate) linear: bool,
 }
 
 /// Interpolates the rows of a band.
@@ -112,15 +120,17 @@ pub(crate) fn interpolate<B: Blocks>(
     band: &mut PictureBand<'_>,
 ) {
     let words = source.classes.words;
-    let InterpolateScratch { rows, down } = scratch;
+    let InterpolateScratch { rows, down, fit } = scratch;
+    let mut fit = source.linear.then(|| fit.get_or_insert_default());
     for first_word in (0..words).step_by(TILE_WORDS) {
         let tile = first_word..(first_word + TILE_WORDS).min(words);
         for y in band.first_row as isize - 2..band.first_row as isize + 2 {
-            load_row::<B>(source, tile.clone(), y, rows);
+            load_row::<B>(source, tile.clone(), y, rows, fit.as_deref_mut());
         }
         for y in band.first_row..band.end_row {
-            load_row::<B>(source, tile.clone(), y as isize + 2, rows);
-            let rows = std::array::from_fn(|i| &rows[slot(y as isize + i as isize - 2)]);
+            load_row::<B>(source, tile.clone(), y as isize + 2, rows, fit.as_deref_mut());
+            let slots = std::array::from_fn(|i| slot(y as isize + i as isize - 2));
+            let rows = slots.map(|slot| &rows[slot]);
             let mut near = [0; TILE_WORDS];
             for (near, word) in near.iter_mut().zip(tile.clone()) {
                 *near = near_edges(source.classes, word + 1, y);
@@ -129,16 +139,30 @@ pub(crate) fn interpolate<B: Blocks>(
             if near.iter().any(|&near| near != u64::MAX) {
                 for at in (0..tile.len() * 64 + 2 * MARGIN).step_by(BLOCK) {
                     B::down(rows, at, source.kernel.taps, down);
+                    if let Some(fit) = &mut fit {
+                        fit.sum_down::<B::Floats>(slots, at, &source.kernel);
+                    }
                 }
             }
             for (i, (word, &near)) in tile.clone().zip(near).enumerate() {
-                let windows = Windows {
-                    rows,
-                    down,
-                    near,
-                    at: MARGIN + 64 * i,
+                let at = MARGIN + 64 * i;
+                let windows = Windows { rows, down, near, at };
+                let masks = if near == 0 {
+                    [0; 25]
+                } else {
+                    tap_masks(source, word + 1, y)
                 };
-                word_of_pixels::<B>(source, windows, word, y, band);
+                word_of_pixels::<B>(source, windows, &masks, word, y, band);
+                if let Some(scratch) = fit.as_deref() {
+                    let windows = FitWindows {
+                        scratch,
+                        slots,
+                        near,
+                        masks: &masks,
+                        at,
+                    };
+                    fit::fit_word::<B::Floats>(source, windows, word, y, band);
+                }
             }
         }
     }
@@ -162,11 +186,21 @@ fn slot(y: isize) -> usize {
 
 /// Unpacks one row of a tile; a row outside the picture has no samples.
 #[inline(always)]
-fn load_row<B: Blocks>(source: Source<'_>, tile: std::ops::Range<usize>, y: isize, rows: &mut [TileRow; 5]) {
+fn load_row<B: Blocks>(
+    source: Source<'_>,
+    tile: std::ops::Range<usize>,
+    y: isize,
+    rows: &mut [TileRow; 5],
+    mut fit: Option<&mut FitScratch>,
+) {
     let pixels = source.pixels;
-    let row = &mut rows[slot(y)];
+    let slot = slot(y);
+    let row = &mut rows[slot];
     if y < 0 || y >= pixels.height as isize {
         row.0 = [[0.0; ROW]; CHANNELS];
+        if let Some(fit) = fit {
+            (0..ROW).step_by(BLOCK).for_each(|at| fit.clear(slot, at));
+        }
         return;
     }
     let start = y as usize * pixels.stride;
@@ -181,11 +215,19 @@ fn load_row<B: Blocks>(source: Source<'_>, tile: std::ops::Range<usize>, y: isiz
             Some((words, colours))
         });
         match block {
-            Some((words, colours)) => B::unpack(words, colours, row, at),
-            None => row
-                .0
-                .iter_mut()
-                .for_each(|channel| channel[at..at + BLOCK].fill(0.0)),
+            Some((words, colours)) => {
+                B::unpack(words, colours, row, at);
+                if let Some(fit) = &mut fit {
+                    fit.unpack::<B::Floats>(slot, words, row, at);
+                }
+            }
+            None => {
+                let channels = row.0.iter_mut();
+                channels.for_each(|channel| channel[at..at + BLOCK].fill(0.0));
+                if let Some(fit) = &mut fit {
+                    fit.clear(slot, at);
+                }
+            }
         }
     }
 }
@@ -195,6 +237,7 @@ fn load_row<B: Blocks>(source: Source<'_>, tile: std::ops::Range<usize>, y: isiz
 fn word_of_pixels<B: Blocks>(
     source: Source<'_>,
     windows: Windows<'_>,
+    masks: &TapMasks,
     word: usize,
     y: usize,
     band: &mut PictureBand<'_>,
@@ -202,11 +245,6 @@ fn word_of_pixels<B: Blocks>(
     let class = source.classes.row(y as isize);
     let own =
         class.plane(HAS_SAMPLE)[word + 1] & (class.plane(USABLE)[word + 1] | class.plane(COMPLEX)[word + 1]);
-    let masks = if windows.near == 0 {
-        [0; 25]
-    } else {
-        tap_masks(source, word + 1, y)
-    };
     let mut coloured = 0u64;
     // Weight of a pixel without a sample of its own whose other 24 are all there, to the priority 1.
     let scale = 253.0 / (1.0 - source.kernel.weight(0, 0));
@@ -215,7 +253,7 @@ fn word_of_pixels<B: Blocks>(
         let sums = if (windows.near >> shift) as u16 == 0 {
             B::across(windows.down, at, source.kernel.taps)
         } else {
-            B::masked(windows.rows, at, &masks, shift, &source.kernel)
+            B::masked(windows.rows, at, masks, shift, &source.kernel)
         };
         let start = (y - band.first_row) * band.stride + word * 64 + shift;
         let out = Output {
@@ -288,6 +326,7 @@ pub(crate) struct Portable;
 
 impl Blocks for Portable {
     type Sums = [[f32; BLOCK]; CHANNELS];
+    type Floats = [f32; BLOCK];
 
     #[inline(always)]
     fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {

@@ -41,6 +41,7 @@ mod complex;
 mod crossings;
 mod edges;
 mod fill;
+mod fit;
 mod image;
 mod interpolate;
 mod kernel;

@@ -27,7 +27,11 @@ fn bytes_a_pixel_and_allocations() {
     }
 
     let (width, height) = (200, 90);
-    let mut image = EdgePointImage::new(width, height, Settings::default()).unwrap();
+    let settings = Settings {
+        linear: true,
+        ..Settings::default()
+    };
+    let mut image = EdgePointImage::new(width, height, settings).unwrap();
     let mut picture = Picture::new(width, height);
     let mut list = EdgeList::new(width, height);
     let edges = thicket(width, height, 1_500, 9.0);

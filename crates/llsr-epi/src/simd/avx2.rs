@@ -11,6 +11,7 @@ use glam::Vec3;
 use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::complex::{Cells, LANES, Reached, Sums};
+use crate::fit::Floats;
 use crate::interpolate::{
     BLOCK, Blocks, CHANNELS, MARGIN, Output, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
 };
@@ -24,6 +25,74 @@ pub(crate) struct Avx2;
 
 /// Floats in a register.
 const WIDTH: usize = 8;
+
+/// Operations of one instruction on either half; see `Avx2` for when they may be used.
+macro_rules! operations {
+    ($($name:ident: $intrinsic:ident),*) => {$(
+        #[inline(always)]
+        fn $name(self, other: Self) -> Self {
+            // SAFETY: the CPU has AVX2 (see `Avx2`).
+            unsafe { [$intrinsic(self[0], other[0]), $intrinsic(self[1], other[1])] }
+        }
+    )*};
+}
+
+/// All bits of the lanes whose bit is set, for either half.
+#[inline(always)]
+fn lanes_of(bits: u16) -> [__m256; 2] {
+    // SAFETY: the CPU has AVX2 (see `Avx2`).
+    unsafe {
+        let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        let half = |bits: u16| {
+            let bits = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(bits, lane))
+        };
+        [half(bits), half(bits >> 8)]
+    }
+}
+
+impl Floats for [__m256; 2] {
+    operations!(plus: _mm256_add_ps, minus: _mm256_sub_ps, times: _mm256_mul_ps, over: _mm256_div_ps, least: _mm256_min_ps, most: _mm256_max_ps);
+
+    #[inline(always)]
+    fn load(floats: &[f32], at: usize) -> Self {
+        [load(floats, at), load(floats, at + WIDTH)]
+    }
+
+    #[inline(always)]
+    fn store(self, floats: &mut [f32], at: usize) {
+        store(floats, at, self[0]);
+        store(floats, at + WIDTH, self[1]);
+    }
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: the CPU has AVX2 (see `Avx2`).
+        unsafe { [_mm256_set1_ps(value); 2] }
+    }
+
+    #[inline(always)]
+    fn under(bits: u16, value: f32) -> Self {
+        let [low, high] = lanes_of(bits);
+        // SAFETY: the CPU has AVX2 (see `Avx2`).
+        unsafe {
+            let value = _mm256_set1_ps(value);
+            [_mm256_and_ps(low, value), _mm256_and_ps(high, value)]
+        }
+    }
+
+    #[inline(always)]
+    fn or(self, bits: u16, other: Self) -> Self {
+        let [low, high] = lanes_of(bits);
+        // SAFETY: the CPU has AVX2 (see `Avx2`).
+        unsafe {
+            [
+                _mm256_blendv_ps(other[0], self[0], low),
+                _mm256_blendv_ps(other[1], self[1], high),
+            ]
+        }
+    }
+}
 
 /// Eight floats from `at` on.
 #[inline(always)]
@@ -259,6 +328,7 @@ fn weigh(sums: &mut [__m256; CHANNELS], weight: f32, parts: [__m256; CHANNELS]) 
 
 impl Blocks for Avx2 {
     type Sums = [[__m256; 2]; CHANNELS];
+    type Floats = [__m256; 2];
 
     #[inline(always)]
     fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {

@@ -11,6 +11,7 @@ use glam::Vec3;
 use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::complex::{Cells, LANES, Reached, Sums};
+use crate::fit::Floats;
 use crate::interpolate::{
     BLOCK, Blocks, CHANNELS, MARGIN, Output, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
 };
@@ -35,6 +36,49 @@ fn store(floats: &mut [f32], at: usize, v: __m512) {
     let block: &mut [f32] = &mut floats[at..at + BLOCK];
     // SAFETY: as for `load`.
     unsafe { _mm512_storeu_ps(block.as_mut_ptr(), v) }
+}
+
+/// Operations of one instruction; see `Avx512` for when they may be used.
+macro_rules! operations {
+    ($($name:ident: $intrinsic:ident),*) => {$(
+        #[inline(always)]
+        fn $name(self, other: Self) -> Self {
+            // SAFETY: the CPU has AVX-512 (see `Avx512`).
+            unsafe { $intrinsic(self, other) }
+        }
+    )*};
+}
+
+impl Floats for __m512 {
+    operations!(plus: _mm512_add_ps, minus: _mm512_sub_ps, times: _mm512_mul_ps, over: _mm512_div_ps, least: _mm512_min_ps, most: _mm512_max_ps);
+
+    #[inline(always)]
+    fn load(floats: &[f32], at: usize) -> Self {
+        load(floats, at)
+    }
+
+    #[inline(always)]
+    fn store(self, floats: &mut [f32], at: usize) {
+        store(floats, at, self);
+    }
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        unsafe { _mm512_set1_ps(value) }
+    }
+
+    #[inline(always)]
+    fn under(bits: u16, value: f32) -> Self {
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        unsafe { _mm512_maskz_mov_ps(bits, _mm512_set1_ps(value)) }
+    }
+
+    #[inline(always)]
+    fn or(self, bits: u16, other: Self) -> Self {
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        unsafe { _mm512_mask_mov_ps(other, bits, self) }
+    }
 }
 
 /// centre * c + near * (b + d) + far * (a + e), in the order of the portable form.
@@ -223,6 +267,7 @@ fn weigh(sums: &mut [__m512; CHANNELS], weight: f32, parts: [__m512; CHANNELS]) 
 
 impl Blocks for Avx512 {
     type Sums = [__m512; CHANNELS];
+    type Floats = __m512;
 
     #[inline(always)]
     fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {

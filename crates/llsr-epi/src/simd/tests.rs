@@ -22,9 +22,13 @@ const SIZES: [(u32, u32); 10] = [
 ];
 
 /// Everything that the passes leave behind, as bits.
-fn rebuilt(level: Level, (width, height): (u32, u32), seed: u64) -> (Vec<u32>, Vec<u32>) {
+fn rebuilt(level: Level, (width, height): (u32, u32), seed: u64, linear: bool) -> (Vec<u32>, Vec<u32>) {
     let mut stream = Stream::new(seed);
-    let mut image = EdgePointImage::with_level(width, height, Settings::default(), level).unwrap();
+    let settings = Settings {
+        linear,
+        ..Settings::default()
+    };
+    let mut image = EdgePointImage::with_level(width, height, settings, level).unwrap();
     let mut edges = EdgeList::new(width, height);
     let size = Vec2::new(width as f32, height as f32);
     let mut unit = || Vec2::new(stream.unit(), stream.unit());
@@ -73,14 +77,15 @@ fn rebuilt(level: Level, (width, height): (u32, u32), seed: u64) -> (Vec<u32>, V
 fn all_levels_give_the_same_bits() {
     let levels = Level::available();
     println!("levels: {levels:?}");
-    for (seed, size) in SIZES.into_iter().enumerate() {
-        let portable = rebuilt(Level::Portable, size, seed as u64);
+    let cases = SIZES.into_iter().enumerate();
+    for ((seed, size), linear) in cases.flat_map(|case| [(case, false), (case, true)]) {
+        let portable = rebuilt(Level::Portable, size, seed as u64, linear);
         assert!(
             portable.1.iter().any(|&bits| bits != 0),
             "{size:?}: the picture is not black"
         );
         for &level in &levels[1..] {
-            let wide = rebuilt(level, size, seed as u64);
+            let wide = rebuilt(level, size, seed as u64, linear);
             assert_eq!(
                 wide.0, portable.0,
                 "{level:?}, {size:?}: codes, masks, priorities"

@@ -153,6 +153,7 @@ impl FrameRenderer {
         let capacity = (viewport.pixels() as f64 * f64::from(settings.points_per_pixel.max(0.0))) as usize;
         let image = llsr_epi::Settings {
             kernel: settings.kernel,
+            linear: settings.linear,
             half_lines: settings.complex,
             fallback: Vec3::ZERO,
         };

@@ -21,6 +21,8 @@ pub struct FrameSettings {
     pub shadows_apart: bool,
     /// The interpolation filter.
     pub kernel: Kernel,
+    /// Fit linear functions to the points rather than take their mean ([`llsr_epi::Settings::linear`]).
+    pub linear: bool,
     /// Rebuild complex pixels in quarters (BWG03 section 5.4).
     pub complex: bool,
     /// Leave out edges that lie behind the points; `None` draws them all.
@@ -55,6 +57,7 @@ impl Default for FrameSettings {
             shadow_least_contrast: 0.1,
             shadows_apart: false,
             kernel: Kernel::PEAKED,
+            linear: true,
             complex: true,
             occlusion: Some(Occlusion::default()),
             points_per_pixel: 1.0,
