@@ -3,7 +3,8 @@
 //!
 //! `cargo run --release -p llsr-epr --example frame_error -- SCENE.glb|demo:NAME [KEY=VALUE]...`; keys: `tube` (MATERIAL=FLUX), `size` (256),
 //! `frames` (60), `samples` (a frame; 1% of the pixels), `stand` (1: the camera stays where the walk ends), `shader` (direct, glossy), `path` (a camera path), `contrast`
-//! (`FrameSettings::shadow_least_contrast`), `linear` (0: means in place of fits), `points` (a pixel, 1), `ahead`, `ahead_frames`,
+//! (`FrameSettings::shadow_least_contrast`), `linear` (0: means in place of fits), `near` and `far` (taps of
+//! the filter beside 18 in the middle; 6, 1), `points` (a pixel, 1), `ahead`, `ahead_frames`,
 //! `ages` (highest priority by age), `textures` (0: without them), `references` (a folder that keeps the
 //! reference pictures for the next run), `out` (a folder for pictures and heat maps).
 
@@ -12,7 +13,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use glam::Vec3;
-use llsr_epi::{Picture, PixelClass};
+use llsr_epi::{Kernel, Picture, PixelClass};
 use llsr_epr::{BlindInterpolation, CameraPath, FrameRenderer, FrameSettings, LockstepRenderer, ray_trace};
 use llsr_io::{Development, Image, LoadOptions, Tone, exposure_for, load_scene, write_png};
 use llsr_metrics::{Options, compare};
@@ -143,6 +144,11 @@ fn run(name: &str, arguments: &Arguments) -> Option<()> {
         shadow_least_contrast: arguments.number("contrast", default.shadow_least_contrast),
         points_per_pixel: arguments.number("points", default.points_per_pixel.into()) as f32,
         linear: arguments.number("linear", 1.0) != 0.0,
+        kernel: Kernel::new(
+            18.0,
+            arguments.number("near", 6.0) as f32,
+            arguments.number("far", 1.0) as f32,
+        )?,
         ahead_share: arguments.number("ahead", default.ahead_share.into()) as f32,
         ahead_frames: arguments.number("ahead_frames", default.ahead_frames.into()) as u32,
         ages: AgeRule {
