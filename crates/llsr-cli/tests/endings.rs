@@ -78,7 +78,12 @@ impl Walk {
             if let Some(status) = self.child.try_wait().expect("it is our child") {
                 break status;
             }
-            assert!(looks < LOOKS, "no end within {LOOKS} looks");
+            let kept = || fs::read_dir(self.folder.join("kept")).map_or(0, Iterator::count);
+            assert!(
+                looks < LOOKS,
+                "no end within {LOOKS} looks; {} pictures kept",
+                kept()
+            );
             looks += 1;
             sleep(LOOK);
         };

@@ -102,6 +102,7 @@ fn start(scene: &Scene) -> Camera {
 fn run(engine: &mut Engine, what: &str, act: impl Fn(&mut Engine, f64)) {
     let (start, mut last) = (Instant::now(), Instant::now());
     let (mut times, mut drawn) = (Vec::new(), Vec::new());
+    let before = on_processor();
     while start.elapsed() < LENGTH {
         let now = Instant::now();
         act(engine, (now - start).as_secs_f64());
@@ -111,14 +112,18 @@ fn run(engine: &mut Engine, what: &str, act: impl Fn(&mut Engine, f64)) {
         last = now;
         std::thread::sleep(FRAME.saturating_sub(now.elapsed()));
     }
+    let used = on_processor()
+        .zip(before)
+        .map(|(now, before)| (now - before) * 1e3 / times.len() as f64);
     let rate = times.len() as f64 / start.elapsed().as_secs_f64();
     times.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize];
     println!(
-        "{what:18} {rate:5.1} frames/s, display thread ms: median {:5.1}, 95% {:5.1}, most {:6.1}",
+        "{what:18} {rate:5.1} frames/s, display thread ms: median {:5.1}, 95% {:5.1}, most {:6.1}; {} ms of processor",
         at(0.5),
         at(0.95),
-        at(1.0)
+        at(1.0),
+        used.map_or("?".to_owned(), |ms| format!("{ms:.1}"))
     );
     let median = |of: &dyn Fn(&FrameReport) -> f64| {
         let mut values: Vec<f64> = drawn.iter().map(of).collect();
@@ -137,6 +142,13 @@ fn run(engine: &mut Engine, what: &str, act: impl Fn(&mut Engine, f64)) {
         median(&|frame| (frame.silhouette_edges + frame.shadow_edges) as f64),
         engine.shadows_waiting()
     );
+}
+
+/// Seconds that this thread has been on a processor, where the system says so (Linux): what frames cost beside other work.
+fn on_processor() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;
+    Some(nanoseconds * 1e-9)
 }
 
 /// Where in the picture something can be taken hold of, as near to its middle as there is.
