@@ -64,8 +64,8 @@ pub struct GiSettings {
     pub spacing: f64,
     /// Levels, 1 to 12; on each, records may lie half as far apart as on the one before.
     pub levels: u32,
-    /// Memory (bytes), half for records, half for the lines of the lattice that lead to them. A record takes about half a kilobyte
-    /// with the default number of rays. What was not asked for longest goes first.
+    /// Memory (bytes), a quarter of it for the lines of the lattice that lead to records. A record takes about half a kilobyte with
+    /// the default number of rays. What was not asked for longest goes first.
     pub memory: usize,
     /// Seed of the records.
     pub seed: u64,
@@ -79,7 +79,7 @@ impl Default for GiSettings {
             tolerance: 0.3,
             spacing: 1.0 / 32.0,
             levels: 5,
-            memory: 24 << 20,
+            memory: 32 << 20,
             seed: 0,
         }
     }
@@ -168,8 +168,8 @@ impl GiShader {
         let (lights, gathering_lights) = (prepare(&direct), prepare(&gathering));
         Self {
             lattice: Lattice::new(world.bounds(), settings.spacing * size, settings.seed),
-            lines: Memory::new(settings.memory / 2),
-            records: Memory::new(settings.memory / 2),
+            lines: Memory::new(settings.memory / 4),
+            records: Memory::new(settings.memory / 4 * 3),
             stage: RwLock::new(Arc::new(GiStage {
                 stage: Stage { world, lights },
                 gathering_lights,
