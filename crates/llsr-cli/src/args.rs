@@ -190,7 +190,9 @@ const LAYERS: &str = "Layers of an .exr beside the picture, separated by commas:
 With --reconstruct: irradiance, albedo, normal, depth, and
   edges                0 without an edge, 0.5 with one, 1 in complex pixels
   reach                the neighbours that a pixel reaches, 24 bits as a number
-  samples              the round in which a pixel was shaded, 0 if it was not; minus the points shaded in a complex pixel";
+  samples              the round in which a pixel was shaded, 0 if it was not; minus the points shaded in a complex pixel
+With -o OUT.png the last three are drawn as OUT-edges.png (purple: one edge, green: complex), OUT-reach.png (the bits as a
+colour) and OUT-samples.png (white, yellow, red: rounds; green: complex)";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shader {

@@ -52,6 +52,46 @@ fn density_and_rounds_say_how_many_pixels_are_shaded_and_how_often_it_is_looked(
 }
 
 #[test]
+fn a_png_has_pictures_of_edges_reach_and_samples_beside_it() {
+    let folder = TempDir::new().expect("a folder");
+    let args = ["--reconstruct", "epi", "--aov", "edges,reach,samples"];
+    ok(
+        folder.path(),
+        &[&args[..], &["-o", "a.png", "--report", "r.json"]].concat(),
+    );
+    let colours = |name: &str| {
+        let image = llsr_io::read_image(&folder.path().join(name)).expect("a picture");
+        image.rgb().expect("colours")
+    };
+    let report = report(folder.path(), "r.json");
+    let counted = |of: &str| report["reconstruct"]["pixels"][of].as_u64().expect("a count") as usize;
+    let edges = colours("a-edges.png");
+    let purple = edges.iter().filter(|c| c.x > 0.0 && c.y == 0.0 && c.z > c.x);
+    assert_eq!(purple.count(), counted("simple"));
+    let green = edges.iter().filter(|c| c.x == 0.0 && c.y > 0.0 && c.z == 0.0);
+    assert_eq!(green.count(), counted("complex"));
+    let free = colours("a-reach.png")
+        .iter()
+        .filter(|c| c.min_element() > 0.999)
+        .count();
+    assert!(
+        free > counted("empty") / 2 && free < 128 * 96,
+        "{free} pixels reach all around"
+    );
+    let lit = colours("a-samples.png").iter().filter(|c| c.x > 0.9).count() as u64;
+    assert_eq!(
+        lit,
+        shaded(&report),
+        "white, yellow and red pixels were shaded in a round"
+    );
+    let output = render(
+        folder.path(),
+        &["--reconstruct", "epi", "--aov", "depth", "-o", "b.png"],
+    );
+    assert_eq!(output.status.code(), Some(2), "depths are not drawn");
+}
+
+#[test]
 fn layers_show_edges_reach_and_samples() {
     let folder = TempDir::new().expect("a folder");
     let aov = "edges,reach,samples,irradiance,albedo,normal,depth";

@@ -22,6 +22,6 @@ pub use pool::{
     Harvest, Lockstep, Overflow, PoolCounts, PoolSettings, PoolStatus, ShaderPool, shade_lockstep,
 };
 pub use still::{
-    NarrowShadows, Still, StillCounts, StillError, StillLayer, StillSettings, narrow_shadow_edges,
-    render_still, still_steps, view_edges,
+    NarrowShadows, Still, StillCounts, StillError, StillLayer, StillSettings, layer_colours,
+    narrow_shadow_edges, render_still, still_steps, view_edges,
 };

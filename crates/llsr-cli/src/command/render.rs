@@ -1,8 +1,10 @@
 //! `llsr render`: a picture.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use llsr_epr::{StillCounts, StillError, StillLayer, StillSettings, render_still, still_steps};
+use llsr_epr::{
+    StillCounts, StillError, StillLayer, StillSettings, layer_colours, render_still, still_steps,
+};
 use llsr_io::{Development, Image, Tone, exposure_for, write_exr, write_png};
 use llsr_scene::Viewport;
 use llsr_shading::{Layer, Rendered, Settings, Statistics, Wasteful, render, tile_count};
@@ -19,7 +21,7 @@ use crate::report;
 
 pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
-    if format == Format::Png && !args.aov.is_empty() {
+    if format == Format::Png && !args.aov.is_empty() && args.reconstruct.is_none() {
         return Err(Failure::Usage(
             "--aov: a .png has no layers; give -o FILE.exr".to_owned(),
         ));
@@ -31,7 +33,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
     let scene = &loaded.scene;
     let still = args
         .reconstruct
-        .map(|how| still_settings(args, common, how))
+        .map(|how| still_settings(args, common, how, format))
         .transpose()?;
     let settings = match &still {
         Some(still) => still.shading.clone(),
@@ -74,6 +76,14 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
     progress.finish();
     let (film, statistics, counts) = rendered?;
 
+    let layers = still.iter().flat_map(|still| &still.layers);
+    let shown: Vec<(PathBuf, Image)> = layers
+        .filter_map(|&layer| {
+            let colours = layer_colours(&film, layer)?;
+            let image = Image::from_rgb(width as usize, height as usize, &colours);
+            Some((beside(&args.output, layer), image))
+        })
+        .collect();
     let picture = Image {
         width: width as usize,
         height: height as usize,
@@ -88,6 +98,9 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
                 args::Tone::Filmic => Tone::Filmic,
             };
             write_png(&args.output, &picture, Development { exposure, tone })?;
+            for (path, shown) in &shown {
+                write_png(path, shown, Development::default())?;
+            }
             Some(exposure)
         }
         Format::Exr => {
@@ -126,9 +139,9 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
         report::write_json(path, &value)?;
     }
     if !common.quiet {
-        let shown = args.scene.scene.as_str();
+        let name = args.scene.scene.as_str();
         println!(
-            "{shown}: {}, {}, {}",
+            "{name}: {}, {}, {}",
             count(scene.triangle_count(), "triangle"),
             count(scene.primitive_count(), "primitive"),
             count(scene.lights.len(), "light")
@@ -146,6 +159,11 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, newcomer: bool) -> Result<
             print_still(counts);
         }
         println!("wrote {}", args.output.display());
+        if format == Format::Png {
+            shown
+                .iter()
+                .for_each(|(path, _)| println!("wrote {}", path.display()));
+        }
         if newcomer {
             println!(
                 "\nTry next:\n  \
@@ -182,11 +200,22 @@ impl Format {
     }
 }
 
+/// Where the picture of a layer goes that is drawn beside `output`.
+fn beside(output: &Path, layer: StillLayer) -> PathBuf {
+    let name = StillLayer::ALL
+        .iter()
+        .find(|known| known.1 == layer)
+        .map_or("", |known| known.0);
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    output.with_file_name(format!("{stem}-{name}.png"))
+}
+
 /// Settings of `--reconstruct`.
 fn still_settings(
     args: &RenderArgs,
     common: &Common,
     how: args::Reconstruct,
+    format: Format,
 ) -> Result<StillSettings, Failure> {
     let mut layers = Vec::new();
     for name in &args.aov {
@@ -197,6 +226,12 @@ fn still_settings(
                 known.join(", ")
             ))
         })?;
+        let is_shown = matches!(layer, StillLayer::Edges | StillLayer::Reach | StillLayer::Samples);
+        if format == Format::Png && !is_shown {
+            return Err(Failure::Usage(format!(
+                "--aov {name}: a .png has no layers, and only edges, reach and samples are drawn beside it; give -o FILE.exr"
+            )));
+        }
         if !layers.contains(&layer) {
             layers.push(layer);
         }

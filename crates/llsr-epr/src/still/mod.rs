@@ -4,6 +4,7 @@ mod edges;
 mod paint;
 mod sample;
 mod shadows;
+mod shown;
 mod spread;
 mod surface;
 
@@ -19,6 +20,7 @@ use rayon::prelude::*;
 
 pub use edges::view_edges;
 pub use shadows::{NarrowShadows, narrow_shadow_edges};
+pub use shown::layer_colours;
 
 use crate::DroppedContrast;
 use crate::still::paint::Painter;

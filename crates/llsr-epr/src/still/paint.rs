@@ -2,18 +2,21 @@
 
 use glam::{Vec3, Vec3A};
 use llsr_epi::{EdgePointImage, Picture, PixelClass};
+use llsr_scene::luminance;
 use llsr_shading::{Pixel, Statistics, SurfacePoint};
 use rayon::prelude::*;
 
 use crate::still::sample::{Brush, Shaded};
 use crate::still::spread::AROUND;
-use crate::still::surface::{Seen, look};
+use crate::still::surface::{Seen, TOGETHER, look, look_each};
 use crate::still::{StillCounts, radiance};
 
 /// Rays through a pixel around which the albedo changes.
 const DETAIL: u32 = 4;
 /// In complex pixels with a shadow's edge one of so many rays is shaded.
 const IN_SHADOW: u32 = 4;
+/// Relative difference of the light around below which no shadow in between is worth shading.
+const CALM: f32 = 0.1;
 /// Relative difference between neighbours from which the albedo is said to change.
 const CHANGE: f32 = 0.05;
 /// Pixels to each side in which a complex pixel looks for light on its surfaces before it shades them itself.
@@ -174,17 +177,13 @@ impl Painter<'_> {
         brush: &mut Brush,
         statistics: &mut Statistics,
     ) -> (Option<Vec3>, u32) {
-        // Surfaces in the pixel: what the first ray to each found, rays, sums of albedo and emission.
+        // Surfaces in the pixel: the first ray to each, rays, sums of albedo and emission.
         struct Group {
-            point: SurfacePoint,
             seen: Seen,
-            subsample: u32,
+            first: u32,
             rays: u32,
             albedo: Vec3,
             emission: Vec3,
-            /// Sum of the light shaded for it, and number of points.
-            light: Vec3A,
-            shaded: u32,
         }
         let mut groups: Vec<Group> = Vec::new();
         let count = self.complex_samples;
@@ -192,62 +191,64 @@ impl Painter<'_> {
             return (None, 0);
         }
         let index = y as usize * self.shaded.viewport.width as usize + x as usize;
-        let shade = |point: &SurfacePoint, subsample: u32, brush: &mut Brush, statistics: &mut Statistics| {
-            let at = Pixel {
-                x,
-                y,
-                index: index as u64,
-                subsample,
-            };
-            self.shaded.light(point, at, brush, None, statistics)
-        };
-        // Where light jumps inside the pixel its neighbours know too little.
-        let dense = self.shadowed[index] && self.image.class(x, y) == PixelClass::Complex;
-        for subsample in 0..count {
-            statistics.primary_rays += 1;
-            let Some(point) = self.look(x, y, subpixel(count, subsample)) else {
-                continue;
-            };
-            let seen = Seen::new(&point);
+        let mut points = std::mem::take(&mut brush.points);
+        points.resize(count as usize, None);
+        self.look_each(x, y, &mut points);
+        statistics.primary_rays += u64::from(count);
+        for (subsample, point) in (0..).zip(&points) {
+            let Some(point) = point else { continue };
+            let seen = Seen::new(point);
             let known = groups.iter().position(|group| group.seen.is_near(&seen));
             let number = known.unwrap_or_else(|| {
                 groups.push(Group {
-                    point,
                     seen,
-                    subsample,
+                    first: subsample,
                     rays: 0,
                     albedo: Vec3::ZERO,
                     emission: Vec3::ZERO,
-                    light: Vec3A::ZERO,
-                    shaded: 0,
                 });
                 groups.len() - 1
             });
             let group = &mut groups[number];
-            if dense && subsample % IN_SHADOW == 0 {
-                group.light += shade(&point, subsample, brush, statistics);
-                group.shaded += 1;
-            }
             group.rays += 1;
             group.albedo += point.albedo;
             group.emission += point.emission;
         }
         let whole = groups.len() == 1 && groups[0].rays == count;
         if self.image.class(x, y) != PixelClass::Complex && (whole || groups.is_empty()) {
+            brush.points = points;
             return (None, 0);
         }
+        // Where light jumps inside the pixel its neighbours know too little.
+        let dense = self.shadowed[index] && self.image.class(x, y) == PixelClass::Complex;
         let mut colour = Vec3::ZERO;
         let mut shaded = 0;
         for group in &groups {
             let rays = group.rays as f32;
-            shaded += group.shaded;
-            let light = if group.shaded > 0 {
-                group.light / group.shaded as f32
-            } else {
-                self.light_around(x, y, &group.seen).unwrap_or_else(|| {
-                    shaded += 1;
-                    shade(&group.point, group.subsample, brush, statistics)
-                })
+            let around = self.light_around(x, y, &group.seen);
+            let light = match around {
+                Some((light, spread)) if !dense || spread < CALM => light,
+                _ => {
+                    let (mut sum, mut number) = (Vec3A::ZERO, 0);
+                    for (subsample, point) in (0..).zip(&points) {
+                        let chosen = subsample == group.first || dense && subsample % IN_SHADOW == 0;
+                        let Some(point) = point.as_ref().filter(|_| chosen) else {
+                            continue;
+                        };
+                        if group.seen.is_near(&Seen::new(point)) {
+                            let at = Pixel {
+                                x,
+                                y,
+                                index: index as u64,
+                                subsample,
+                            };
+                            sum += self.shaded.light(point, at, brush, None, statistics);
+                            number += 1;
+                        }
+                    }
+                    shaded += number;
+                    sum / number.max(1) as f32
+                }
             };
             let mean = radiance(
                 group.albedo / rays,
@@ -257,29 +258,52 @@ impl Painter<'_> {
             );
             colour += mean * (rays / count as f32);
         }
+        brush.points = points;
         (Some(colour), shaded)
+    }
+
+    /// Looks through all subsamples of a pixel.
+    fn look_each(&self, x: u32, y: u32, points: &mut [Option<SurfacePoint>]) {
+        let Shaded {
+            scene,
+            tracer,
+            camera,
+            viewport,
+            ..
+        } = *self.shaded;
+        let count = points.len() as u32;
+        for (i, part) in (0..).zip(points.chunks_mut(TOGETHER)) {
+            let place = |k: usize| {
+                let (dx, dy) = subpixel(count, (i * TOGETHER + k) as u32);
+                (f64::from(x) + dx, f64::from(y) + dy)
+            };
+            let places: [(f64, f64); TOGETHER] = std::array::from_fn(place);
+            look_each(scene, tracer, camera, viewport, &places[..part.len()], part);
+        }
     }
 
     /// Do a few rays through the pixel see another surface than the one through its centre?
     fn is_mixed(&self, x: u32, y: u32, statistics: &mut Statistics) -> bool {
         let centre = &self.seen[y as usize * self.shaded.viewport.width as usize + x as usize];
-        (0..DETAIL).any(|index| {
-            statistics.primary_rays += 1;
-            match self.look(x, y, subpixel(DETAIL, index)) {
-                Some(point) => !Seen::new(&point).is_near(centre),
-                None => centre.is_hit(),
-            }
+        let mut points = [None; DETAIL as usize];
+        self.look_each(x, y, &mut points);
+        statistics.primary_rays += u64::from(DETAIL);
+        points.iter().any(|point| match point {
+            Some(point) => !Seen::new(point).is_near(centre),
+            None => centre.is_hit(),
         })
     }
 
-    /// Light on a surface as pixels around that are not complex have it; `None` if none of them sees that surface.
-    fn light_around(&self, x: u32, y: u32, surface: &Seen) -> Option<Vec3A> {
+    /// Light on a surface as pixels around that are not complex have it, and by how much they differ, as a share of the most; `None`
+    /// if none of them sees that surface.
+    fn light_around(&self, x: u32, y: u32, surface: &Seen) -> Option<(Vec3A, f32)> {
         let (width, height) = self.image.size();
         let own = y as usize * width as usize + x as usize;
         if self.image.class(x, y) != PixelClass::Complex && self.seen[own].is_near(surface) {
-            return Some(self.light[own]);
+            return Some((self.light[own], 0.0));
         }
         let (mut sum, mut weights) = (Vec3A::ZERO, 0.0);
+        let (mut least, mut most) = (f32::MAX, 0.0f32);
         for v in y.saturating_sub(REACH)..(y + REACH + 1).min(height) {
             for u in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
                 let index = v as usize * width as usize + u as usize;
@@ -288,9 +312,11 @@ impl Painter<'_> {
                     let weight = 1.0 / (u.abs_diff(x).pow(2) + v.abs_diff(y).pow(2)) as f32;
                     sum += self.light[index] * weight;
                     weights += weight;
+                    let luminance = luminance(self.light[index].into());
+                    (least, most) = (least.min(luminance), most.max(luminance));
                 }
             }
         }
-        (weights > 0.0).then(|| sum / weights)
+        (weights > 0.0).then(|| (sum / weights, (most - least) / most.max(f32::MIN_POSITIVE)))
     }
 }

@@ -24,6 +24,8 @@ pub(crate) struct Brush {
     states: Vec<LightState>,
     scratch: Scratch,
     blockers: Vec<ObjectId>,
+    /// What rays through a pixel met.
+    pub(crate) points: Vec<Option<SurfacePoint>>,
 }
 
 /// Shades surface points.
@@ -58,6 +60,7 @@ impl Shaded<'_> {
             states,
             scratch,
             blockers,
+            ..
         } = brush;
         let mut add = |light: LightId, answer: &LightAnswer| {
             let colour = self.scene.lights[light.index()].color().as_dvec3();
@@ -190,7 +193,9 @@ impl Choice {
         if round == 0 {
             return self.first(counts);
         }
-        let left = self.budget.saturating_sub(self.taken) / (self.count - round) as usize;
+        // Those of small regions come on top; where there are many they would leave nothing for the places that need it.
+        let spread = self.taken.saturating_sub(counts.regions_missed);
+        let left = self.budget.saturating_sub(spread) / (self.count - round) as usize;
         self.by_need(round, left, seen)
     }
 

@@ -1,11 +1,13 @@
 //! What the camera sees at the centre of each pixel.
 
 use glam::{DVec3, Vec3};
-use llsr_scene::{Camera, Scene, Viewport};
+use llsr_scene::{Camera, Projection, Scene, Viewport};
 use llsr_shading::SurfacePoint;
 use llsr_tracer::Tracer;
 use rayon::prelude::*;
 
+/// Rays that are looked up together.
+pub(crate) const TOGETHER: usize = 16;
 /// Marks a pixel in which the camera sees nothing.
 const NOTHING: u32 = u32::MAX;
 
@@ -85,6 +87,41 @@ pub(crate) fn look(
     Some(SurfacePoint::new(scene, &hit, direction))
 }
 
+/// The surfaces that rays through some places of the picture (pixels) meet, in `points`; places near to each other are looked up
+/// together, with the same answers as from [`look`].
+///
+/// # Panics
+/// If the slices differ in length.
+pub(crate) fn look_each(
+    scene: &Scene,
+    tracer: &Tracer,
+    camera: &Camera,
+    viewport: Viewport,
+    places: &[(f64, f64)],
+    points: &mut [Option<SurfacePoint>],
+) {
+    assert_eq!(places.len(), points.len(), "one answer per place");
+    for (places, points) in places.chunks(TOGETHER).zip(points.chunks_mut(TOGETHER)) {
+        if !matches!(camera.projection, Projection::Perspective(_)) {
+            // Parallel rays have no common origin.
+            for (point, &(x, y)) in points.iter_mut().zip(places) {
+                *point = look(scene, tracer, camera, viewport, x, y);
+            }
+            continue;
+        }
+        let mut directions = [DVec3::ZERO; TOGETHER];
+        let mut hits = [None; TOGETHER];
+        let (directions, hits) = (&mut directions[..places.len()], &mut hits[..places.len()]);
+        for (direction, &(x, y)) in directions.iter_mut().zip(places) {
+            *direction = camera.ray(viewport, x, y).1;
+        }
+        tracer.closest_each(camera.position, directions, f64::INFINITY, hits);
+        for ((point, hit), &direction) in points.iter_mut().zip(&*hits).zip(&*directions) {
+            *point = hit.as_ref().map(|hit| SurfacePoint::new(scene, hit, direction));
+        }
+    }
+}
+
 /// Looks through the centres of all pixels; `None` if `progress`, called after each row, asked to stop.
 pub(crate) fn look_everywhere(
     scene: &Scene,
@@ -98,9 +135,15 @@ pub(crate) fn look_everywhere(
         .par_chunks_mut(viewport.width as usize)
         .enumerate()
         .all(|(y, row)| {
-            for (x, seen) in row.iter_mut().enumerate() {
-                let point = look(scene, tracer, camera, viewport, x as f64 + 0.5, y as f64 + 0.5);
-                *seen = point.as_ref().map_or(Seen::EMPTY, Seen::new);
+            for (i, part) in row.chunks_mut(TOGETHER).enumerate() {
+                let place = |k: usize| ((i * TOGETHER + k) as f64 + 0.5, y as f64 + 0.5);
+                let places: [(f64, f64); TOGETHER] = std::array::from_fn(place);
+                let mut points = [None; TOGETHER];
+                let (places, points) = (&places[..part.len()], &mut points[..part.len()]);
+                look_each(scene, tracer, camera, viewport, places, points);
+                for (seen, point) in part.iter_mut().zip(&*points) {
+                    *seen = point.as_ref().map_or(Seen::EMPTY, Seen::new);
+                }
             }
             progress()
         });
