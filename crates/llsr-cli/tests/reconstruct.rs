@@ -248,7 +248,7 @@ fn wrong_values_are_refused_with_a_reason() {
             &["--reconstruct", "epi", "--aov", "tests", "-o", "a.exr"],
             "edges, reach, samples",
         ),
-        (&["--reconstruct", "epi", "--aov", "edges", "-o", "a.png"], ".exr"),
+        (&["--reconstruct", "epi", "--aov", "depth", "-o", "a.png"], ".exr"),
     ] {
         refused("128x96", args, reason);
     }

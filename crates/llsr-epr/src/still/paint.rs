@@ -15,7 +15,7 @@ use crate::still::{StillCounts, radiance};
 const DETAIL: u32 = 4;
 /// In complex pixels with a shadow's edge one of so many rays is shaded.
 const IN_SHADOW: u32 = 4;
-/// Relative difference of the light around below which no shadow in between is worth shading.
+/// Relative difference of light below which the shadow between is not worth more points.
 const CALM: f32 = 0.1;
 /// Relative difference between neighbours from which the albedo is said to change.
 const CHANGE: f32 = 0.05;
@@ -33,6 +33,12 @@ pub(crate) struct Painter<'a> {
     pub(crate) progress: &'a (dyn Fn() -> bool + Sync),
     pub(crate) counts: &'a mut StillCounts,
     pub(crate) statistics: &'a mut Statistics,
+}
+
+/// Do a point's light and all light around it, given as its mean and how much it differs, hardly differ?
+fn is_calm(light: Vec3A, (around, spread): (Vec3A, f32)) -> bool {
+    let [light, around] = [light, around].map(|light| luminance(light.into()));
+    spread < CALM && (light - around).abs() <= CALM * light.max(around)
 }
 
 /// Where subsample `index` of `count` lies in its pixel: Hammersley's set.
@@ -227,7 +233,7 @@ impl Painter<'_> {
             let rays = group.rays as f32;
             let around = self.light_around(x, y, &group.seen);
             let light = match around {
-                Some((light, spread)) if !dense || spread < CALM => light,
+                Some((light, _)) if !dense => light,
                 _ => {
                     let (mut sum, mut number) = (Vec3A::ZERO, 0);
                     for (subsample, point) in (0..).zip(&points) {
@@ -235,15 +241,20 @@ impl Painter<'_> {
                         let Some(point) = point.as_ref().filter(|_| chosen) else {
                             continue;
                         };
-                        if group.seen.is_near(&Seen::new(point)) {
-                            let at = Pixel {
-                                x,
-                                y,
-                                index: index as u64,
-                                subsample,
-                            };
-                            sum += self.shaded.light(point, at, brush, None, statistics);
-                            number += 1;
+                        if !group.seen.is_near(&Seen::new(point)) {
+                            continue;
+                        }
+                        let at = Pixel {
+                            x,
+                            y,
+                            index: index as u64,
+                            subsample,
+                        };
+                        sum += self.shaded.light(point, at, brush, None, statistics);
+                        number += 1;
+                        // The shadow in this pixel is that of one light among many.
+                        if number == 1 && around.is_some_and(|around| is_calm(sum, around)) {
+                            break;
                         }
                     }
                     shaded += number;
