@@ -25,7 +25,7 @@ const MOST: f32 = 2.0;
 // Closures that `array::map` calls do not get the instructions of the function around: that would be thirty times slower, so there are none.
 
 /// Channels of a row: the fields of [`Sums`], in their order.
-const CHANNELS: usize = 11;
+const CHANNELS: usize = 9;
 
 /// Sixteen pixels at once; the same bits in all forms.
 pub(crate) trait Floats: Copy {
@@ -33,8 +33,8 @@ pub(crate) trait Floats: Copy {
     fn load(floats: &[f32], at: usize) -> Self;
     fn store(self, floats: &mut [f32], at: usize);
     fn splat(value: f32) -> Self;
-    /// `value` where the bit is set, else 0.
-    fn under(bits: u16, value: f32) -> Self;
+    /// The pixels from `at` on where the bit is set, else 0.
+    fn load_under(bits: u16, floats: &[f32], at: usize) -> Self;
     /// `self` where the bit is set, else `other`.
     fn or(self, bits: u16, other: Self) -> Self;
     fn plus(self, other: Self) -> Self;
@@ -72,8 +72,9 @@ impl Floats for [f32; BLOCK] {
     }
 
     #[inline(always)]
-    fn under(bits: u16, value: f32) -> Self {
-        std::array::from_fn(|i| if bits >> i & 1 != 0 { value } else { 0.0 })
+    fn load_under(bits: u16, floats: &[f32], at: usize) -> Self {
+        let block = Self::load(floats, at);
+        std::array::from_fn(|i| if bits >> i & 1 != 0 { block[i] } else { 0.0 })
     }
 
     #[inline(always)]
@@ -112,7 +113,7 @@ impl Floats for [f32; BLOCK] {
     }
 }
 
-/// Sums over samples: their number, first and second moments of their places, colours, and luminance times places.
+/// Sums over samples: their number, first and second moments of their places, luminance, and luminance times places.
 #[derive(Clone, Copy)]
 struct Sums<F> {
     n: F,
@@ -121,12 +122,12 @@ struct Sums<F> {
     xx: F,
     xy: F,
     yy: F,
-    c: [F; 3],
+    l: F,
     lx: F,
     ly: F,
 }
 
-/// Luminance of sums of colours.
+/// Luminance of colours.
 #[inline(always)]
 fn luminance<F: Floats>([red, green, blue]: [F; 3]) -> F {
     let [r, g, b] = LUMINANCE;
@@ -137,14 +138,7 @@ fn luminance<F: Floats>([red, green, blue]: [F; 3]) -> F {
 
 impl<F: Floats> Sums<F> {
     #[inline(always)]
-    fn zero() -> Self {
-        let zero = F::splat(0.0);
-        Self::from_channels([zero; CHANNELS])
-    }
-
-    #[inline(always)]
-    fn from_channels([n, x, y, xx, xy, yy, r, g, b, lx, ly]: [F; CHANNELS]) -> Self {
-        let c = [r, g, b];
+    fn from_channels([n, x, y, xx, xy, yy, l, lx, ly]: [F; CHANNELS]) -> Self {
         Self {
             n,
             x,
@@ -152,7 +146,7 @@ impl<F: Floats> Sums<F> {
             xx,
             xy,
             yy,
-            c,
+            l,
             lx,
             ly,
         }
@@ -160,9 +154,8 @@ impl<F: Floats> Sums<F> {
 
     #[inline(always)]
     fn channels(self) -> [F; CHANNELS] {
-        let [r, g, b] = self.c;
         [
-            self.n, self.x, self.y, self.xx, self.xy, self.yy, r, g, b, self.lx, self.ly,
+            self.n, self.x, self.y, self.xx, self.xy, self.yy, self.l, self.lx, self.ly,
         ]
     }
 
@@ -171,6 +164,15 @@ impl<F: Floats> Sums<F> {
         let mut channels = [F::splat(0.0); CHANNELS];
         for (channel, values) in channels.iter_mut().zip(&row.0) {
             *channel = F::load(values, at);
+        }
+        Self::from_channels(channels)
+    }
+
+    #[inline(always)]
+    fn load_under(bits: u16, row: &Row, at: usize) -> Self {
+        let mut channels = [F::splat(0.0); CHANNELS];
+        for (channel, values) in channels.iter_mut().zip(&row.0) {
+            *channel = F::load_under(bits, values, at);
         }
         Self::from_channels(channels)
     }
@@ -196,30 +198,6 @@ impl<F: Floats> Sums<F> {
         }
     }
 
-    /// The same for places that are greater by (dx, 0).
-    #[inline(always)]
-    fn moved(self, dx: f32) -> Self {
-        let d = F::splat(dx);
-        let twice = self.x.plus(self.x).plus(d.times(self.n));
-        Self {
-            x: self.x.plus(d.times(self.n)),
-            xx: self.xx.plus(d.times(twice)),
-            xy: self.xy.plus(d.times(self.y)),
-            lx: self.lx.plus(d.times(luminance(self.c))),
-            ..self
-        }
-    }
-
-    /// Adds `weight` times the others.
-    #[inline(always)]
-    fn add(&mut self, weight: F, other: &Self) {
-        let (mut sums, others) = (self.channels(), other.channels());
-        for (sum, more) in sums.iter_mut().zip(others) {
-            *sum = sum.plus(weight.times(more));
-        }
-        *self = Self::from_channels(sums);
-    }
-
     /// The weighted sum of five along an axis, their places relative to the one in the middle: along x as they are.
     #[inline(always)]
     fn five(window: [Self; 5], kernel: &Kernel) -> Self {
@@ -243,14 +221,13 @@ impl<F: Floats> Sums<F> {
             .plus(taps.square([a.n, b.n, d.n, e.n]));
         sums.x = sums.x.plus(taps.moment([a.n, b.n, d.n, e.n]));
         sums.xy = sums.xy.plus(taps.moment([a.y, b.y, d.y, e.y]));
-        let [la, lb, ld, le] = [luminance(a.c), luminance(b.c), luminance(d.c), luminance(e.c)];
-        sums.lx = sums.lx.plus(taps.moment([la, lb, ld, le]));
+        sums.lx = sums.lx.plus(taps.moment([a.l, b.l, d.l, e.l]));
         sums
     }
 
-    /// The colours of the fit at the origin; garbage where there is no sample.
+    /// Luminance of the fit at the origin as a factor of the mean; garbage where there is no sample.
     #[inline(always)]
-    fn fit(&self) -> [F; 3] {
+    fn fit(&self) -> F {
         let one = F::splat(1.0);
         let inverse = one.over(self.n);
         let (x, y) = (self.x.times(inverse), self.y.times(inverse));
@@ -262,19 +239,14 @@ impl<F: Floats> Sums<F> {
         // What slopes along the axes have to be multiplied by to get from the centroid to the origin.
         let to_x = xy.times(y).minus(yy.times(x));
         let to_y = xy.times(x).minus(xx.times(y));
-        let sum = luminance(self.c);
-        let along_x = self.lx.minus(sum.times(x));
-        let along_y = self.ly.minus(sum.times(y));
+        let along_x = self.lx.minus(self.l.times(x));
+        let along_y = self.ly.minus(self.l.times(y));
         let change = along_x.times(to_x).plus(along_y.times(to_y));
         // Black has no luminance to be relative to: the tiniest float keeps it black.
-        let below = determinant.times(sum).plus(F::splat(f32::MIN_POSITIVE));
-        let factor = one
-            .plus(change.over(below))
+        let below = determinant.times(self.l).plus(F::splat(f32::MIN_POSITIVE));
+        one.plus(change.over(below))
             .most(F::splat(LEAST))
-            .least(F::splat(MOST));
-        let scale = inverse.times(factor);
-        let [red, green, blue] = self.c;
-        [red.times(scale), green.times(scale), blue.times(scale)]
+            .least(F::splat(MOST))
     }
 }
 
@@ -360,8 +332,7 @@ impl FitScratch {
         let (quarter, middle) = (F::splat(0.25), F::splat(0.375));
         let x = F::load(x, 0).times(quarter).minus(middle).times(n);
         let y = F::load(y, 0).times(quarter).minus(middle).times(n);
-        let c = [F::load(red, at), F::load(green, at), F::load(blue, at)];
-        let l = luminance(c);
+        let l = luminance([F::load(red, at), F::load(green, at), F::load(blue, at)]);
         let sums = Sums {
             n,
             x,
@@ -369,7 +340,7 @@ impl FitScratch {
             xx: x.times(x),
             xy: x.times(y),
             yy: y.times(y),
-            c,
+            l,
             lx: l.times(x),
             ly: l.times(y),
         };
@@ -419,25 +390,36 @@ impl FitScratch {
         shift: usize,
         kernel: &Kernel,
     ) -> Sums<F> {
-        let mut all = Sums::zero();
-        for (slot, dy) in windows.slots.into_iter().zip(-2isize..) {
-            let mut sums = Sums::zero();
-            let mut any = 0;
-            for dx in -2isize..=2 {
-                let bits = (windows.masks[(5 * (dy + 2) + dx + 2) as usize] >> shift) as u16;
-                if bits == 0 {
-                    continue;
-                }
-                any |= bits;
-                let weight = F::under(bits, kernel.weight(dx, dy));
-                let column = Sums::load(&self.rows[slot], at.wrapping_add_signed(dx));
-                sums.add(weight, &column.moved(dx as f32));
-            }
-            if any != 0 {
-                all.add(F::splat(1.0), &sums.turned().moved(dy as f32).turned());
-            }
-        }
-        all
+        let down = [
+            self.masked_row(windows, 0, at, shift, kernel),
+            self.masked_row(windows, 1, at, shift, kernel),
+            self.masked_row(windows, 2, at, shift, kernel),
+            self.masked_row(windows, 3, at, shift, kernel),
+            self.masked_row(windows, 4, at, shift, kernel),
+        ];
+        Sums::five(down, kernel).turned()
+    }
+
+    /// The sums over one row of the windows, x and y exchanged.
+    #[inline(always)]
+    fn masked_row<F: Floats>(
+        &self,
+        windows: FitWindows<'_>,
+        row: usize,
+        at: usize,
+        shift: usize,
+        kernel: &Kernel,
+    ) -> Sums<F> {
+        let values = &self.rows[windows.slots[row]];
+        let masks = &windows.masks[5 * row..5 * row + 5];
+        let taps = [
+            Sums::load_under((masks[0] >> shift) as u16, values, at - 2),
+            Sums::load_under((masks[1] >> shift) as u16, values, at - 1),
+            Sums::load_under((masks[2] >> shift) as u16, values, at),
+            Sums::load_under((masks[3] >> shift) as u16, values, at + 1),
+            Sums::load_under((masks[4] >> shift) as u16, values, at + 2),
+        ];
+        Sums::five(taps, kernel).turned()
     }
 }
 
@@ -477,11 +459,11 @@ pub(crate) fn fit_word<F: Floats>(
         } else {
             windows.scratch.sum_masked(windows, at, shift, &source.kernel)
         };
-        let [red, green, blue] = sums.fit();
+        let factor = sums.fit();
         let start = row * band.stride + word * 64 + shift;
-        for (plane, fitted) in [(&mut *band.red, red), (band.green, green), (band.blue, blue)] {
+        for plane in [&mut *band.red, band.green, band.blue] {
             let mean = F::load(plane, start);
-            fitted.or(bits, mean).store(plane, start);
+            mean.times(factor).or(bits, mean).store(plane, start);
         }
     }
 }

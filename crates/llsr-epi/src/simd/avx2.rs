@@ -72,13 +72,10 @@ impl Floats for [__m256; 2] {
     }
 
     #[inline(always)]
-    fn under(bits: u16, value: f32) -> Self {
-        let [low, high] = lanes_of(bits);
+    fn load_under(bits: u16, floats: &[f32], at: usize) -> Self {
+        let ([a, b], [low, high]) = (Self::load(floats, at), lanes_of(bits));
         // SAFETY: the CPU has AVX2 (see `Avx2`).
-        unsafe {
-            let value = _mm256_set1_ps(value);
-            [_mm256_and_ps(low, value), _mm256_and_ps(high, value)]
-        }
+        unsafe { [_mm256_and_ps(low, a), _mm256_and_ps(high, b)] }
     }
 
     #[inline(always)]

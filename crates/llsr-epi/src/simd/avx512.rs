@@ -69,9 +69,10 @@ impl Floats for __m512 {
     }
 
     #[inline(always)]
-    fn under(bits: u16, value: f32) -> Self {
-        // SAFETY: the CPU has AVX-512 (see `Avx512`).
-        unsafe { _mm512_maskz_mov_ps(bits, _mm512_set1_ps(value)) }
+    fn load_under(bits: u16, floats: &[f32], at: usize) -> Self {
+        let block: &[f32] = &floats[at..at + BLOCK];
+        // SAFETY: as for `load`.
+        unsafe { _mm512_maskz_loadu_ps(bits, block.as_ptr()) }
     }
 
     #[inline(always)]
