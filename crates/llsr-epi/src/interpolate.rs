@@ -136,8 +136,16 @@ pub(crate) fn interpolate<B: Blocks>(
                 *near = near_edges(source.classes, word + 1, y);
             }
             let near = &near[..tile.len()];
-            if near.iter().any(|&near| near != u64::MAX) {
-                for at in (0..tile.len() * 64 + 2 * MARGIN).step_by(BLOCK) {
+            // Blocks without edges ask for columns up to two beside them.
+            let mut open = [false; ROW / BLOCK + 2];
+            for (open, i) in open[2..].iter_mut().zip(0..4 * near.len()) {
+                *open = (near[i / 4] >> (BLOCK * (i % 4))) as u16 == 0;
+            }
+            for (at, open) in (0..tile.len() * 64 + 2 * MARGIN)
+                .step_by(BLOCK)
+                .zip(open.windows(3))
+            {
+                if open.contains(&true) {
                     B::down(rows, at, source.kernel.taps, down);
                     if let Some(fit) = &mut fit {
                         fit.sum_down::<B::Floats>(slots, at, &source.kernel);
