@@ -6,7 +6,8 @@
 //! 37, 1981), and this is looked up at the pixel's centre. A small ridge keeps directions in which the samples do not spread out of
 //! it: there the mean stays.
 //!
-//! Only luminance is fitted; colours are scaled with it. The sums are those of the filter with more channels, taken in the same two ways.
+//! Only luminance is fitted, and colours are scaled with it. A fit far from the mean goes past the brightest and the darkest sample only on a slope, and
+//! by half of what lies between the two at most: beside a jump, where one is twice the other, a plane would leave a rim of specks. The sums are those of the filter with more channels, taken in the same two ways.
 
 use crate::classify::COMPLEX;
 use crate::interpolate::{BLOCK, ROW, Source, TapMasks, TileRow};
@@ -18,14 +19,16 @@ use crate::pixels::POSITION_SHIFT;
 const RIDGE: f32 = 1.0 / 128.0;
 /// Weights of red, green and blue in luminance (Rec. 709).
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
-/// How far the fit may go beside the mean, as factors of it: three samples in a row make a wild plane.
-const LEAST: f32 = 0.25;
-const MOST: f32 = 2.0;
+/// A fit that is farther from the mean than this share of it is compared with its samples.
+const FAR: f32 = 0.125;
 
 // Closures that `array::map` calls do not get the instructions of the function around: that would be thirty times slower, so there are none.
 
 /// Channels of a row: the fields of [`Sums`], in their order.
 const CHANNELS: usize = 9;
+/// Of these the number of samples, and luminance.
+const THERE: usize = 0;
+const LUMINANCES: usize = 6;
 
 /// Sixteen pixels at once; the same bits in all forms.
 pub(crate) trait Floats: Copy {
@@ -41,6 +44,8 @@ pub(crate) trait Floats: Copy {
     fn minus(self, other: Self) -> Self;
     fn times(self, other: Self) -> Self;
     fn over(self, other: Self) -> Self;
+    /// Bits of the pixels that are greater than those of `other`.
+    fn above(self, other: Self) -> u16;
     /// `self` if it is less, else `other`.
     fn least(self, other: Self) -> Self;
     /// `self` if it is greater, else `other`.
@@ -100,6 +105,11 @@ impl Floats for [f32; BLOCK] {
     #[inline(always)]
     fn over(self, other: Self) -> Self {
         each(self, other, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> u16 {
+        (0..BLOCK).fold(0, |bits, i| bits | u16::from(self[i] > other[i]) << i)
     }
 
     #[inline(always)]
@@ -245,8 +255,21 @@ impl<F: Floats> Sums<F> {
         // Black has no luminance to be relative to: the tiniest float keeps it black.
         let below = determinant.times(self.l).plus(F::splat(f32::MIN_POSITIVE));
         one.plus(change.over(below))
-            .most(F::splat(LEAST))
-            .least(F::splat(MOST))
+    }
+
+    /// The fit beside the darkest and the brightest sample.
+    #[inline(always)]
+    fn limit(&self, factor: F, darkest: F, brightest: F) -> F {
+        let (one, half, tiny) = (F::splat(1.0), F::splat(0.5), F::splat(f32::MIN_POSITIVE));
+        let ratio = darkest.over(brightest.plus(tiny));
+        let slack = half
+            .minus(half.times(ratio))
+            .least(ratio.minus(half))
+            .most(F::splat(0.0));
+        let over_mean = self.n.over(self.l.plus(tiny));
+        let most = brightest.times(one.plus(slack)).times(over_mean);
+        let least = darkest.times(one.minus(slack)).times(over_mean);
+        factor.least(most).most(least)
     }
 }
 
@@ -400,6 +423,27 @@ impl FitScratch {
         Sums::five(down, kernel).turned()
     }
 
+    /// Luminance of the darkest and the brightest sample of each window.
+    #[inline(always)]
+    fn range<F: Floats>(&self, windows: FitWindows<'_>, at: usize, shift: usize) -> [F; 2] {
+        let open = (windows.near >> shift) as u16 == 0;
+        let (mut darkest, mut brightest) = (F::splat(f32::MAX), F::splat(0.0));
+        for (row, slot) in windows.slots.into_iter().enumerate() {
+            let [there, luminance] = [&self.rows[slot].0[THERE], &self.rows[slot].0[LUMINANCES]];
+            for dx in 0..5 {
+                let column = at + dx - 2;
+                let mut bits = F::load(there, column).above(F::splat(0.0));
+                if !open {
+                    bits &= (windows.masks[5 * row + dx] >> shift) as u16;
+                }
+                let value = F::load(luminance, column);
+                brightest = brightest.most(value.or(bits, F::splat(0.0)));
+                darkest = darkest.least(value.or(bits, F::splat(f32::MAX)));
+            }
+        }
+        [darkest, brightest]
+    }
+
     /// The sums over one row of the windows, x and y exchanged.
     #[inline(always)]
     fn masked_row<F: Floats>(
@@ -459,7 +503,14 @@ pub(crate) fn fit_word<F: Floats>(
         } else {
             windows.scratch.sum_masked(windows, at, shift, &source.kernel)
         };
-        let factor = sums.fit();
+        let mut factor = sums.fit();
+        let off = factor.minus(F::splat(1.0));
+        let off = off.most(F::splat(0.0).minus(off));
+        let far = off.above(F::splat(FAR)) & bits;
+        if far != 0 {
+            let [darkest, brightest] = windows.scratch.range::<F>(windows, at, shift);
+            factor = sums.limit(factor, darkest, brightest).or(far, factor);
+        }
         let start = row * band.stride + word * 64 + shift;
         for plane in [&mut *band.red, band.green, band.blue] {
             let mean = F::load(plane, start);

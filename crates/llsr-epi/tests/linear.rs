@@ -7,9 +7,9 @@ use llsr_epi::{
 use llsr_testkit::epi::edge_sets::thicket;
 use llsr_testkit::epi::windows::Stream;
 
-/// The ridge and the limits that the documentation of the fit states.
+/// The ridge and the share that the documentation of the fit states.
 const RIDGE: f64 = 1.0 / 128.0;
-const LIMITS: [f64; 2] = [0.25, 2.0];
+const FAR: f64 = 0.125;
 
 fn image(width: u32, height: u32, linear: bool) -> EdgePointImage {
     let settings = Settings {
@@ -98,7 +98,16 @@ fn least_squares(samples: &[Weighted]) -> f64 {
     let factor = a[1][0] / a[0][0];
     let slope_y = (b[1] - factor * b[0]) / (a[1][1] - factor * a[0][1]);
     let slope_x = (b[0] - a[0][1] * slope_y) / a[0][0];
-    ((mean - slope_x * x - slope_y * y) / mean).clamp(LIMITS[0], LIMITS[1])
+    let darkest = samples.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+    let brightest = samples.iter().map(|s| s.1).fold(0.0, f64::max);
+    let ratio = darkest / brightest;
+    let slack = f64::min(0.5 * (1.0 - ratio), ratio - 0.5).max(0.0);
+    let fit = mean - slope_x * x - slope_y * y;
+    if (fit / mean - 1.0).abs() > FAR {
+        fit.clamp((1.0 - slack) * darkest, (1.0 + slack) * brightest) / mean
+    } else {
+        fit / mean
+    }
 }
 
 #[test]

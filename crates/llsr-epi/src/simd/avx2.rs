@@ -79,6 +79,19 @@ impl Floats for [__m256; 2] {
     }
 
     #[inline(always)]
+    fn above(self, other: Self) -> u16 {
+        let ([a, b], [c, d]) = (self, other);
+        // SAFETY: the CPU has AVX2 (see `Avx2`).
+        let [low, high] = unsafe {
+            [
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(a, c)),
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(b, d)),
+            ]
+        };
+        (low | high << 8) as u16
+    }
+
+    #[inline(always)]
     fn or(self, bits: u16, other: Self) -> Self {
         let [low, high] = lanes_of(bits);
         // SAFETY: the CPU has AVX2 (see `Avx2`).

@@ -76,6 +76,12 @@ impl Floats for __m512 {
     }
 
     #[inline(always)]
+    fn above(self, other: Self) -> u16 {
+        // SAFETY: the CPU has AVX-512 (see `Avx512`).
+        unsafe { _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self, other) }
+    }
+
+    #[inline(always)]
     fn or(self, bits: u16, other: Self) -> Self {
         // SAFETY: the CPU has AVX-512 (see `Avx512`).
         unsafe { _mm512_mask_mov_ps(other, bits, self) }
