@@ -144,31 +144,22 @@ impl PreparedLights {
 
     fn stretch(&self, light: LightId, receiver: &Receiver, facing: DVec3) -> Option<Stretch> {
         let middle = [(0.5, 1.0)];
-        let (line, axis) = match &self.sources[light.index()] {
+        let source = &self.sources[light.index()];
+        let line = match source {
             Source::Dark => None,
-            Source::Point { line, .. } => Some((*line, None)),
-            Source::Line { line, axis } => Some((*line, Some(axis))),
-            Source::Tube(tube) => tube
-                .lines(receiver.position, middle)
-                .next()
-                .map(|line| (line, None)),
-            Source::Rect(rect) => rect
-                .lines(receiver.position, middle)
-                .next()
-                .map(|line| (line, None)),
-            Source::Disc(disc) => disc
-                .lines(receiver.position, middle)
-                .next()
-                .map(|line| (line, None)),
+            Source::Point { line, .. } | Source::Line { line, .. } => Some(*line),
+            Source::Tube(tube) => tube.lines(receiver.position, middle).next(),
+            Source::Rect(rect) => rect.lines(receiver.position, middle).next(),
+            Source::Disc(disc) => disc.lines(receiver.position, middle).next(),
         }?;
         let side = Receiver {
             normal: facing,
             ..*receiver
         };
         let (a, b) = horizon_clip(&side, line.a, line.b)?;
-        let irradiance = match axis {
-            Some(axis) => LineIrradiance::along(receiver, axis),
-            None => LineIrradiance::new(receiver, &line),
+        let irradiance = match source {
+            Source::Line { axis, .. } => LineIrradiance::along(receiver, axis),
+            _ => LineIrradiance::new(receiver, &line),
         };
         Some(Stretch {
             line,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::still::sample::{Brush, Shaded};
 use crate::still::spread::AROUND;
-use crate::still::surface::{Seen, TOGETHER, look, look_each};
+use crate::still::surface::{Seen, TOGETHER, look_each};
 use crate::still::{StillCounts, radiance};
 
 /// Rays through a pixel around which the albedo changes.
@@ -102,31 +102,13 @@ impl Painter<'_> {
     /// Mean albedo and emission of a pixel.
     fn average(&self, x: u32, y: u32) -> (Vec3, Vec3) {
         let (mut albedo, mut emission) = (Vec3::ZERO, Vec3::ZERO);
-        for index in 0..DETAIL {
-            if let Some(point) = self.look(x, y, subpixel(DETAIL, index)) {
-                albedo += point.albedo;
-                emission += point.emission;
-            }
+        let mut points = [None; DETAIL as usize];
+        self.look_each(x, y, &mut points);
+        for point in points.iter().flatten() {
+            albedo += point.albedo;
+            emission += point.emission;
         }
         (albedo / DETAIL as f32, emission / DETAIL as f32)
-    }
-
-    fn look(&self, x: u32, y: u32, (dx, dy): (f64, f64)) -> Option<SurfacePoint> {
-        let Shaded {
-            scene,
-            tracer,
-            camera,
-            viewport,
-            ..
-        } = *self.shaded;
-        look(
-            scene,
-            tracer,
-            camera,
-            viewport,
-            f64::from(x) + dx,
-            f64::from(y) + dy,
-        )
     }
 
     /// Supersamples what the edge image cannot tell alone: complex pixels, and of those with one edge, those beside one and

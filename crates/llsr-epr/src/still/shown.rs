@@ -1,6 +1,7 @@
 //! Layers as pictures to look at.
 
 use glam::Vec3;
+use llsr_scene::srgb_to_linear;
 use llsr_shading::Film;
 
 use crate::still::StillLayer;
@@ -21,7 +22,7 @@ pub fn layer_colours(film: &Film, layer: StillLayer) -> Option<Vec<Vec3>> {
         },
         StillLayer::Reach => |value| {
             let [_, red, green, blue] = (value as u32).to_be_bytes();
-            Vec3::from([red, green, blue].map(linear))
+            Vec3::from([red, green, blue].map(|byte| srgb_to_linear(f32::from(byte) / 255.0)))
         },
         StillLayer::Samples => |value| match value {
             0.0 => Vec3::splat(0.03),
@@ -34,16 +35,6 @@ pub fn layer_colours(film: &Film, layer: StillLayer) -> Option<Vec<Vec3>> {
     };
     let channel = film.channel(layer.channels().first()?)?;
     Some(channel.iter().copied().map(colour).collect())
-}
-
-/// The light for which a screen is given this byte.
-fn linear(byte: u8) -> f32 {
-    let v = f32::from(byte) / 255.0;
-    if v <= 0.04045 {
-        v / 12.92
-    } else {
-        ((v + 0.055) / 1.055).powf(2.4)
-    }
 }
 
 #[cfg(test)]
