@@ -18,7 +18,7 @@ use crate::pixels::Pixels;
 use crate::planes::{BandPlanes, Planes};
 use crate::reach::{REACH_PLANES, ReachScratch};
 use crate::simd::{self, Level};
-use crate::{antialias, complex, fill, raster};
+use crate::{antialias, complex, fill};
 
 impl EdgePointImage {
     /// [`rasterize`](Self::rasterize) in about `bands` bands.
@@ -280,7 +280,7 @@ impl RasterizeBand<'_> {
         }
         self.crossings.clear();
         let limits = self.occlusion.map(|_| &self.limits);
-        raster::mark(self.edges, limits, &mut self.crossings);
+        simd::mark(self.level, self.edges, limits, &mut self.crossings);
     }
 }
 

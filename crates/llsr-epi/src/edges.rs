@@ -2,14 +2,19 @@
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
+use crate::simd;
+
 /// Grid of the snapped ends, in units to a pixel.
 pub(crate) const UNITS: i32 = 256;
 /// Width in pixels of the frame round the picture to which edges are clipped.
 ///
 /// It is wide enough for clipping and snapping to leave every crossing in the picture where it was.
 pub(crate) const FRAME: i32 = 2;
+/// Added to a number of grid units it leaves the nearest integer in the low bits: at this size one unit in the last place of an
+/// f64 is 1.
+pub(crate) const ROUND: f64 = (3u64 << 51) as f64;
 /// Depth key of an edge whose depth is not known: in front of everything.
-const NEAREST: f32 = -1e30;
+pub(crate) const NEAREST: f32 = -1e30;
 
 /// A straight piece of an edge on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,21 +143,24 @@ impl EdgeList {
     /// plane keeps its part in front. (An orthographic matrix works too, but has w = 1 everywhere: no edge is found to be hidden.)
     pub fn extend_world(&mut self, view_projection: &Mat4, segments: &[[Vec3; 2]]) {
         self.reserve(segments.len());
-        let width = f64::from(self.width);
-        let height = f64::from(self.height);
-        let frame = f64::from(FRAME);
-        let (frame_x, frame_y) = (
-            (1.0 + 2.0 * frame / width) as f32,
-            (1.0 + 2.0 * frame / height) as f32,
-        );
+        let [width, height] = [self.width, self.height].map(f64::from);
+        let frame = [width, height].map(|size| (1.0 + 2.0 * f64::from(FRAME) / size) as f32);
+        let plain = |list: &mut Self, segment| list.push_world(view_projection, frame, segment);
+        let done = simd::extend_world(self, view_projection, frame, segments, plain);
+        for &segment in &segments[done..] {
+            self.push_world(view_projection, frame, segment);
+        }
+    }
+
+    /// The plain form for one edge; `frame` is half the size of the frame in clip space.
+    fn push_world(&mut self, view_projection: &Mat4, frame: [f32; 2], segment: [Vec3; 2]) {
+        let [frame_x, frame_y] = frame;
         let in_frame = |c: Vec4| c.x.abs() <= frame_x * c.w && c.y.abs() <= frame_y * c.w && c.w > 0.0;
-        for &[a, b] in segments {
-            let (a, b) = (*view_projection * a.extend(1.0), *view_projection * b.extend(1.0));
-            if in_frame(a) && in_frame(b) {
-                self.push_snapped(self.screen(a), self.screen(b), keys(a.w, b.w));
-            } else {
-                self.push_clipped(a, b, f64::from(frame_x), f64::from(frame_y));
-            }
+        let [a, b] = segment.map(|p| *view_projection * p.extend(1.0));
+        if in_frame(a) && in_frame(b) {
+            self.push_snapped(self.screen(a), self.screen(b), keys(a.w, b.w));
+        } else {
+            self.push_clipped(a, b, f64::from(frame_x), f64::from(frame_y));
         }
     }
 
@@ -212,8 +220,6 @@ impl EdgeList {
 /// Pixels to grid units, to the nearest, for numbers below 2^31 / 256.
 #[inline]
 fn snap(pixels: f64) -> i32 {
-    // At this size one unit in the last place of an f64 is 1, so the sum holds the rounded integer in its low bits.
-    const ROUND: f64 = (3u64 << 51) as f64;
     (pixels * f64::from(UNITS) + ROUND).to_bits() as i32
 }
 

@@ -121,6 +121,11 @@ pub(crate) struct BandLimits<'a> {
 }
 
 impl BandLimits<'_> {
+    /// Columns of limits, and the upper halves of their keys row by row.
+    pub(crate) fn columns_and_keys(&self) -> (usize, &[u16]) {
+        (self.columns, self.keys)
+    }
+
     /// The limit at a pixel of the band; at the lower border of the picture that of the last row.
     #[inline(always)]
     pub(crate) fn at(&self, x: usize, y: usize) -> f32 {

@@ -11,10 +11,10 @@ use crate::edges::{EdgeList, FRAME, UNITS};
 use crate::occlusion::BandLimits;
 
 /// Grid units in an eighth of a pixel.
-const EIGHTH: f64 = UNITS as f64 / 8.0;
+pub(crate) const EIGHTH: f64 = UNITS as f64 / 8.0;
 /// Added to coordinates to make them positive, in grid units and in eighths.
-const SHIFT: i32 = FRAME * UNITS;
-const SHIFT_EIGHTHS: i64 = FRAME as i64 * 8;
+pub(crate) const SHIFT: i32 = FRAME * UNITS;
+pub(crate) const SHIFT_EIGHTHS: i64 = FRAME as i64 * 8;
 
 /// Marks the crossings of all edges with the lines of one band. `clear` the band first.
 pub(crate) fn mark(edges: &EdgeList, limits: Option<&BandLimits<'_>>, band: &mut BandCrossings<'_>) {

@@ -7,17 +7,22 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "x86_64")]
+mod strokes;
 #[cfg(test)]
 mod tests;
 #[cfg(target_arch = "x86_64")]
+mod world;
+#[cfg(target_arch = "x86_64")]
 mod x86;
 
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 
 use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
-use crate::crossings::Crossings;
+use crate::crossings::{BandCrossings, Crossings};
+use crate::edges::EdgeList;
 use crate::interpolate::{self, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
 use crate::occlusion::{BandLimits, LimitScratch, Occlusion};
@@ -25,6 +30,7 @@ use crate::patch::Patches;
 use crate::picture::PictureBand;
 use crate::pixels::Pixels;
 use crate::planes::{BandPlanes, Planes};
+use crate::raster;
 use crate::reach::{self, REACH_PLANES, ReachScratch};
 
 /// A set of instructions.
@@ -107,6 +113,36 @@ pub(crate) fn load(level: Level, planes: SamplePlanes<'_>, pixels: &mut Pixels) 
         Level::Portable => load::load(planes, pixels),
         #[cfg(target_arch = "x86_64")]
         wide => x86::load(wide, planes, pixels),
+    }
+}
+
+/// Adds projected edges as [`EdgeList::extend_world`] does, as many from the first on as there are wide forms for on this CPU; returns
+/// their number. `plain` adds a single one.
+pub(crate) fn extend_world(
+    list: &mut EdgeList,
+    matrix: &Mat4,
+    frame: [f32; 2],
+    segments: &[[Vec3; 2]],
+    plain: impl Fn(&mut EdgeList, [Vec3; 2]),
+) -> usize {
+    match Level::detect() {
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx512 => x86::extend_world(list, matrix, frame, segments, plain),
+        _ => 0,
+    }
+}
+
+/// [`raster::mark`] for the given level.
+pub(crate) fn mark(
+    level: Level,
+    edges: &EdgeList,
+    limits: Option<&BandLimits<'_>>,
+    band: &mut BandCrossings<'_>,
+) {
+    match level {
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx512 => x86::mark(edges, limits, band),
+        _ => raster::mark(edges, limits, band),
     }
 }
 

@@ -94,3 +94,125 @@ fn all_levels_give_the_same_bits() {
         }
     }
 }
+
+/// A coordinate in the frame around a picture: anywhere, or on a border between eighths, halves or pixels.
+fn coordinate(stream: &mut Stream, size: u32) -> f32 {
+    let grain = [1, 32, 128, 256][stream.below(4) as usize];
+    let steps = (size + 4) * 256 / grain;
+    (stream.below(steps + 1) * grain) as f32 / 256.0 - 2.0
+}
+
+#[test]
+fn all_levels_mark_the_same_crossings() {
+    // Edges of all lengths and depths, in bands, with and without half-pixel lines and limits; lists that end within a block.
+    let mut stream = Stream::new(71);
+    let mut marked = 0;
+    for round in 0..160u32 {
+        let (width, height) = SIZES[(round % 10) as usize];
+        let half_lines = round % 3 != 0;
+        let mut edges = EdgeList::new(width, height);
+        for _ in 0..stream.below(200) {
+            let a = Vec2::new(coordinate(&mut stream, width), coordinate(&mut stream, height));
+            let b = match stream.below(6) {
+                0 => Vec2::new(a.x, coordinate(&mut stream, height)),
+                1 => Vec2::new(coordinate(&mut stream, width), a.y),
+                2 => Vec2::new(coordinate(&mut stream, width), coordinate(&mut stream, height)),
+                _ => a + 4.0 * Vec2::new(stream.unit() - 0.5, stream.unit() - 0.5),
+            };
+            let mut depth =
+                || [0.0, f32::INFINITY, 1e-35, 1.0, 2.0 * stream.unit()][stream.below(5) as usize];
+            let (depth_a, depth_b) = (depth(), depth());
+            edges.push(ScreenSegment {
+                a,
+                b,
+                depth_a,
+                depth_b,
+            });
+        }
+        let settings = Settings {
+            half_lines,
+            ..Settings::default()
+        };
+        let occlusion = (round % 4 != 1).then(Occlusion::default);
+        let points: Vec<Point> = (0..width * height / 8)
+            .map(|_| Point {
+                position: Vec2::new(stream.unit(), stream.unit()) * Vec2::new(width as f32, height as f32),
+                depth: [f32::INFINITY, 0.5 + stream.unit()][usize::from(stream.below(8) > 0)],
+                colour: Vec3::ONE,
+                tag: 0,
+            })
+            .collect();
+        let draw = |level| {
+            let mut image = EdgePointImage::with_level(width, height, settings, level).unwrap();
+            for point in &points {
+                image.insert(point);
+            }
+            let bands = 1 + round as usize % 4;
+            image
+                .rasterize_bands(&edges, occlusion, bands)
+                .for_each(|band| band.run());
+            (image.crossings.horizontal, image.crossings.vertical)
+        };
+        let portable = draw(Level::Portable);
+        marked += portable.0.iter().filter(|&&byte| byte != 0).count();
+        for level in Level::available() {
+            assert!(
+                draw(level) == portable,
+                "{level:?}, round {round}: {width}x{height}, {} edges",
+                edges.len()
+            );
+        }
+    }
+    assert!(marked > 3000, "only {marked} bytes of horizontal lines");
+}
+
+#[test]
+fn edges_projected_together_are_those_projected_one_by_one() {
+    let mut stream = Stream::new(72);
+    let (mut kept, mut cut) = (0, 0);
+    for round in 0..60 {
+        let (width, height) = SIZES[round % 10];
+        let mut unit = || 2.0 * stream.unit() - 1.0;
+        let eye = Vec3::new(unit(), unit(), 3.0);
+        let aspect = width as f32 / height as f32;
+        let projection = glam::camera::rh::proj::directx::perspective(0.9, aspect, 0.1, 100.0);
+        let matrix = projection * glam::camera::rh::view::look_at_mat4(eye, Vec3::ZERO, Vec3::Y);
+        // Some in the picture, some across its border or the plane of the eye, some with ends that coincide or are not finite.
+        let segments: Vec<[Vec3; 2]> = (0..203)
+            .map(|i| {
+                let a = Vec3::new(unit(), unit(), unit()) * [0.3, 2.0, 8.0][i % 3];
+                let b = match i % 7 {
+                    0 => a,
+                    1 => Vec3::new(unit(), unit(), unit()) * 8.0,
+                    2 if i % 35 == 2 => Vec3::new(f32::NAN, unit(), f32::INFINITY),
+                    3 => eye + (a - eye) * unit(),
+                    _ => a + Vec3::new(unit(), unit(), unit()) * 0.1,
+                };
+                [a, b]
+            })
+            .collect();
+        let facts = |list: &EdgeList| {
+            let both = list.ends.iter().zip(&list.keys);
+            let mut facts: Vec<_> = both.map(|(&ends, keys)| (ends, keys.map(f32::to_bits))).collect();
+            facts.sort_unstable();
+            facts
+        };
+        let mut together = EdgeList::new(width, height);
+        together.extend_world(&matrix, &segments);
+        // Groups that are not whole take the plain form.
+        let mut single = EdgeList::new(width, height);
+        for segment in &segments {
+            single.extend_world(&matrix, std::slice::from_ref(segment));
+        }
+        assert_eq!(
+            facts(&together),
+            facts(&single),
+            "round {round}: {width}x{height}"
+        );
+        kept += single.len();
+        let border = |p: i32, size: u32| p == -512 || p == (size as i32 + 2) * 256;
+        let at_border = |e: &&[i32; 4]| border(e[0].max(e[2]), width) || border(e[1].min(e[3]), height);
+        cut += single.ends.iter().filter(at_border).count();
+    }
+    assert!(kept > 2000 && cut > 200, "{kept} edges kept, {cut} of them cut");
+}

@@ -4,15 +4,18 @@
     reason = "calls of functions for instructions that the level says are there"
 )]
 
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 
 use super::Level;
 use super::avx2::{self, Avx2};
 use super::avx512::{self, Avx512};
+use super::strokes;
+use super::world;
 use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
-use crate::crossings::Crossings;
+use crate::crossings::{BandCrossings, Crossings};
+use crate::edges::EdgeList;
 use crate::interpolate::{self, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
 use crate::occlusion::{BandLimits, LimitScratch, Occlusion};
@@ -20,6 +23,7 @@ use crate::patch::Patches;
 use crate::picture::PictureBand;
 use crate::pixels::Pixels;
 use crate::planes::{BandPlanes, Planes};
+use crate::raster;
 use crate::reach::{self, REACH_PLANES, ReachScratch};
 
 /// Defines a function that runs one generic pass at the level that it is given, which must not be portable.
@@ -91,6 +95,27 @@ by_level!(filter_complex<F: Factor>, complex::filter::<Avx2, F>, complex::filter
     factor: &F,
     patches: &mut Patches
 ));
+
+/// [`strokes::mark`] for [`Level::Avx512`]; larger bands than it can do are left to the plain form.
+pub(crate) fn mark(edges: &EdgeList, limits: Option<&BandLimits<'_>>, band: &mut BandCrossings<'_>) {
+    if band.horizontal.len().max(band.vertical.len()) > strokes::MOST_BYTES {
+        return raster::mark(edges, limits, band);
+    }
+    // SAFETY: this is called for the level only, which comes from `Level::detect` or `Level::available`, as above.
+    unsafe { strokes::mark(edges, limits, band) }
+}
+
+/// [`world::extend`] for [`Level::Avx512`].
+pub(crate) fn extend_world(
+    list: &mut EdgeList,
+    matrix: &Mat4,
+    frame: [f32; 2],
+    segments: &[[Vec3; 2]],
+    plain: impl Fn(&mut EdgeList, [Vec3; 2]),
+) -> usize {
+    // SAFETY: as for `mark`.
+    unsafe { world::extend(list, matrix, frame, segments, plain) }
+}
 
 /// Names the type of the factor's closure for the macro.
 pub(crate) trait Factor: Fn(u32, u32) -> Vec3 {}
