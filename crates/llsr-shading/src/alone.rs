@@ -47,29 +47,6 @@ impl DirectLight<'_> {
         self.shade_each(surface, at, states, scratch, statistics, Some(blockers), each);
     }
 
-    /// Light of one light of the scene on such a point; `state` is working memory.
-    pub(crate) fn shade_point_by(
-        &self,
-        surface: &SurfacePoint,
-        light: LightId,
-        at: Pixel,
-        state: &mut LightState,
-        scratch: &mut Scratch,
-        statistics: &mut Statistics,
-    ) -> LightAnswer {
-        state.clear();
-        let mut work = Work {
-            at,
-            split: 1,
-            shaft: None,
-            random: Random::new(self.settings.seed, at.index, at.subsample, light.0),
-            blockers: None,
-            scratch,
-            statistics,
-        };
-        self.shade(surface, light, state, &mut work)
-    }
-
     #[expect(clippy::too_many_arguments, reason = "both public forms hand on all they got")]
     fn shade_each(
         &self,

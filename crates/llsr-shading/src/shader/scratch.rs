@@ -13,8 +13,10 @@ pub struct ShaderScratch {
     pub(crate) states: Vec<LightState>,
     pub(crate) blockers: Vec<ObjectId>,
     pub(crate) statistics: Statistics,
-    /// Rays of a hemisphere.
-    pub(crate) samples: Vec<Sample>,
+    /// Rays of hemispheres that are not in use.
+    pub(crate) samples: Vec<Vec<Sample>>,
+    /// What each light may give.
+    pub(crate) weights: Vec<f64>,
     /// Where rays of a record of irradiance end (m).
     pub(crate) ends: Vec<Vec3>,
 }

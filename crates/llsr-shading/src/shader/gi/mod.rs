@@ -12,6 +12,13 @@
 //! are good enough there cover it; the levels are blended so that nothing jumps. What is remembered and what is made
 //! anew then is no longer seen in the result.
 //!
+//! # Less noise
+//! What a record says is a mean over few paths, and each record errs by itself: where that shows, walls look blotchy. Two things keep it
+//! low. Where a path meets a surface the lights are asked by rays to places spread as their irradiance is in closed form, so that
+//! only what hides them is left to chance. And a path ends on its first surface, if that is far enough away: what comes there
+//! over further surfaces is taken from records of their own, see [`far`].
+//!
+//! # Leaks
 //! A record only serves points that see it, so that light does not leak under walls.
 //!
 //! # Moving things
@@ -19,6 +26,7 @@
 
 mod cache;
 mod changes;
+mod far;
 mod gather;
 mod lattice;
 mod path;
@@ -32,12 +40,13 @@ use llsr_scene::luminance;
 use llsr_tracer::Hit;
 use rand_pcg::Pcg64Mcg;
 
+use crate::random::mix;
 use crate::shader::look::{diffuse_radiance, direct_and_met, shade_each};
 use crate::shader::world::Stage;
 use crate::shader::{
     Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
 };
-use crate::{DirectLight, Method, PreparedLights, Settings, SurfacePoint};
+use crate::{DirectLight, PreparedLights, Settings, SurfacePoint};
 use cache::{Footprint, Memory};
 use changes::Changes;
 use gather::{Gathered, gather};
@@ -64,7 +73,8 @@ pub struct GiSettings {
     pub spacing: f64,
     /// Levels, 1 to 12; on each, records may lie half as far apart as on the one before.
     pub levels: u32,
-    /// Memory (bytes), a quarter of it for the lines of the lattice that lead to records. A record takes about half a kilobyte with
+    /// Memory (bytes), a quarter of it for the lines of the lattice that lead to records, another for records that serve rays from
+    /// afar. A record takes about half a kilobyte with
     /// the default number of rays. What was not asked for longest goes first.
     pub memory: usize,
     /// Seed of the records.
@@ -88,7 +98,7 @@ impl Default for GiSettings {
 /// What a [`GiShader`] has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GiCounts {
-    /// Records made.
+    /// Records made, those for rays from afar too.
     pub made: u64,
     /// Records that are remembered now.
     pub records: u64,
@@ -111,20 +121,21 @@ pub struct GiShader {
     settings: GiSettings,
     /// Direct light at visible points.
     direct: Settings,
-    /// Direct light where gathering rays arrive: the many rays average what a single sample of each light leaves open.
-    gathering: Settings,
     lattice: Lattice,
     lines: Memory<LineKey, Line>,
     records: Memory<PlaceKey, Record>,
+    /// Those that serve rays from afar; see [`far`].
+    far_records: Memory<PlaceKey, Record>,
     made: AtomicU64,
     alone: AtomicU64,
     fan: Fan,
+    /// That of far records.
+    far_fan: Fan,
 }
 
 #[derive(Debug)]
 struct GiStage {
     stage: Stage,
-    gathering_lights: PreparedLights,
     beacons: Vec<Beacon>,
     changes: Changes,
 }
@@ -155,48 +166,75 @@ impl GiShader {
             ..*settings
         };
         let direct = Settings::default();
-        let gathering = Settings {
-            method: Method::Stratified,
-            samples: 1,
-            light_lines: 1,
-            ..Settings::default()
-        };
         let diagonal = f64::from(world.bounds().diagonal()).max(f64::MIN_POSITIVE);
         let size = scene_size(&world).max(f64::MIN_POSITIVE);
-        let prepare = |settings| PreparedLights::new(world.lights(), &world.scene().materials, settings);
+        let lights = PreparedLights::new(world.lights(), &world.scene().materials, &direct);
         let beacons = world.lights().iter().map(Beacon::new).collect();
-        let (lights, gathering_lights) = (prepare(&direct), prepare(&gathering));
         Self {
             lattice: Lattice::new(world.bounds(), settings.spacing * size, settings.seed),
             lines: Memory::new(settings.memory / 4),
-            records: Memory::new(settings.memory / 4 * 3),
+            records: Memory::new(settings.memory / 2),
+            far_records: Memory::new(settings.memory / 4),
             stage: RwLock::new(Arc::new(GiStage {
                 stage: Stage { world, lights },
-                gathering_lights,
                 beacons,
                 changes: Changes::default(),
             })),
             settings,
             direct,
-            gathering,
             made: AtomicU64::new(0),
             alone: AtomicU64::new(0),
             fan: Fan {
                 rays: settings.rays,
-                far: 2.0 * diagonal,
+                longest: 2.0 * diagonal,
+                asks_far: true,
+            },
+            far_fan: Fan {
+                rays: far::RAYS,
+                longest: 2.0 * diagonal,
+                asks_far: false,
             },
         }
     }
 
     /// What has been done so far.
     pub fn counts(&self) -> GiCounts {
-        let ((records, record_bytes), (lines, line_bytes)) = (self.records.size(), self.lines.size());
+        let (lines, line_bytes) = self.lines.size();
+        let ((near, near_bytes), (far, far_bytes)) = (self.records.size(), self.far_records.size());
         GiCounts {
             made: self.made.load(Ordering::Relaxed),
-            records: records as u64,
+            records: (near + far) as u64,
             lines: lines as u64,
-            bytes: (record_bytes + line_bytes) as u64,
+            bytes: (near_bytes + far_bytes + line_bytes) as u64,
             alone: self.alone.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Irradiance at a point that comes by way of other surfaces, linear RGB in lux or W/m2: what the shader adds to direct light.
+    ///
+    /// It depends on the point, the scene, the settings and the seed alone. `scratch` is working memory of any content.
+    ///
+    /// Cost: a few shadow rays, and now and then some hundred paths for a record.
+    pub fn indirect_irradiance(&self, surface: &SurfacePoint, scratch: &mut ShaderScratch) -> DVec3 {
+        let stage = self.current();
+        let seed = surface.position.to_array().map(f64::to_bits);
+        let hash = seed
+            .iter()
+            .fold(mix(self.settings.seed), |hash, bits| mix(hash ^ bits));
+        self.batch(&stage).indirect(surface, hash, scratch)
+    }
+
+    fn batch<'a>(&'a self, stage: &'a GiStage) -> Batch<'a> {
+        let world = &*stage.stage.world;
+        Batch {
+            shader: self,
+            stage,
+            paths: Paths {
+                world,
+                lights: &stage.stage.lights,
+                beacons: &stage.beacons,
+                bounces: self.settings.bounces,
+            },
         }
     }
 
@@ -269,7 +307,9 @@ impl Batch<'_> {
             return sum / weight;
         }
         self.shader.alone.fetch_add(1, Ordering::Relaxed);
-        self.gather(surface, hash, scratch, |_| {}).irradiance.as_dvec3()
+        self.gather(surface, hash, &self.shader.fan, scratch, |_| {})
+            .irradiance
+            .as_dvec3()
     }
 
     fn line(&self, key: LineKey) -> Arc<Line> {
@@ -342,23 +382,24 @@ impl Batch<'_> {
         // Nothing above may depend on whether the record is known already.
         let record = records.get(&place, holds).unwrap_or_else(|| {
             let at = world.surface(hit, -outwards);
-            records.put(place, self.make(&at, place.hash(settings.seed), scratch))
+            records.put(
+                place,
+                self.make(&at, place.hash(settings.seed), &self.shader.fan, scratch),
+            )
         });
         *reach = reach.min(record.gathered.mean_distance + distance);
-        let error = record.error(point, normal) / settings.tolerance;
-        (error < 1.0).then(|| (record, (2.0 - 2.0 * error).min(1.0)))
+        let goodness = record.goodness(point, normal, settings.tolerance);
+        (goodness > 0.0).then_some((record, goodness))
     }
 
     /// Makes a record.
-    fn make(&self, at: &SurfacePoint, hash: u64, scratch: &mut ShaderScratch) -> Record {
+    fn make(&self, at: &SurfacePoint, hash: u64, fan: &Fan, scratch: &mut ShaderScratch) -> Record {
         let GiShader {
             settings, lattice, ..
         } = self.shader;
         self.shader.made.fetch_add(1, Ordering::Relaxed);
-        let mut lengths = Vec::with_capacity((settings.rays[0] * settings.rays[1]) as usize);
-        let mut gathered = self.gather(at, hash, scratch, |length| {
-            lengths.push(self.shader.fan.encode(length));
-        });
+        let mut lengths = Vec::with_capacity((fan.rays[0] * fan.rays[1]) as usize);
+        let mut gathered = self.gather(at, hash, fan, scratch, |length| lengths.push(fan.encode(length)));
         // Where light changes fast a record reaches less far than the distances say.
         let slope = Vec3::from_array(gathered.translation.map(luminance)).length();
         let by_slope = f64::from(luminance(gathered.irradiance)) / f64::from(slope);
@@ -375,7 +416,8 @@ impl Batch<'_> {
             position: at.position,
             normal: at.shading_normal,
             gathered,
-            reach: natural.clamp(least, self.shader.fan.far.max(least)),
+            natural,
+            reach: natural.clamp(least, fan.longest.max(least)),
             object: at.object,
             hash,
             lengths: lengths.into_boxed_slice(),
@@ -389,37 +431,40 @@ impl Batch<'_> {
         &self,
         at: &SurfacePoint,
         hash: u64,
+        fan: &Fan,
         scratch: &mut ShaderScratch,
         mut each: impl FnMut(Option<f64>),
     ) -> Gathered {
         let mut random = Fan::random(hash);
         let mut paths_random = Pcg64Mcg::new(u128::from(!hash) << 64 | u128::from(hash) | 1);
-        let mut samples = std::mem::take(&mut scratch.samples);
+        // Records may be made for a record: each takes its own.
+        let mut samples = scratch.samples.pop().unwrap_or_default();
         let axes = frame(at.shading_normal);
-        let gathered = gather(
-            &axes,
-            self.shader.settings.rays,
-            &mut random,
-            &mut samples,
-            |direction| {
-                if !Paths::is_above(at, direction) {
-                    each(None);
-                    return Sample {
-                        radiance: Vec3::ZERO,
-                        distance: f32::INFINITY,
-                    };
+        let gathered = gather(&axes, fan.rays, &mut random, &mut samples, |direction| {
+            if !Paths::is_above(at, direction) {
+                each(None);
+                return Sample {
+                    radiance: Vec3::ZERO,
+                    distance: f32::INFINITY,
+                };
+            }
+            let known = |surface: &SurfacePoint, random: &mut Pcg64Mcg, scratch: &mut ShaderScratch| {
+                if fan.asks_far {
+                    self.seen_from_afar(surface, random, scratch)
+                } else {
+                    None
                 }
-                let (radiance, distance) =
-                    self.paths
-                        .radiance(at.origin, direction, &mut paths_random, scratch);
-                each(Some(distance));
-                Sample {
-                    radiance: radiance.as_vec3(),
-                    distance: distance as f32,
-                }
-            },
-        );
-        scratch.samples = samples;
+            };
+            let (radiance, distance) =
+                self.paths
+                    .radiance(at.origin, direction, &mut paths_random, scratch, known);
+            each(Some(distance));
+            Sample {
+                radiance: radiance.as_vec3(),
+                distance: distance as f32,
+            }
+        });
+        scratch.samples.push(samples);
         gathered
     }
 }
@@ -439,16 +484,7 @@ impl Shader for GiShader {
     ) -> Result<(), ShaderError> {
         let stage = self.current();
         let world = &*stage.stage.world;
-        let batch = Batch {
-            shader: self,
-            stage: &stage,
-            paths: Paths {
-                world,
-                direct: DirectLight::prepared(&stage.gathering_lights, world.tracer(), &self.gathering),
-                beacons: &stage.beacons,
-                bounces: self.settings.bounces,
-            },
-        };
+        let batch = self.batch(&stage);
         let direct = DirectLight::prepared(&stage.stage.lights, world.tracer(), &self.direct);
         shade_each(world, requests, seed, points, met, |surface, hash, met| {
             let mut irradiance = DVec3::ZERO;
@@ -464,11 +500,8 @@ impl Shader for GiShader {
         let mut current = self.stage.write().unwrap_or_else(PoisonError::into_inner);
         let mut changes = current.changes.clone();
         changes.extend(&change.moves);
-        let mut gathering_lights = current.gathering_lights.clone();
-        change.update_lights(&mut gathering_lights);
         *current = Arc::new(GiStage {
             stage: current.stage.moved(change),
-            gathering_lights,
             beacons: change.world.lights().iter().map(Beacon::new).collect(),
             changes,
         });
@@ -479,6 +512,7 @@ impl Shader for GiShader {
             .any(|moved| matches!(moved.what, MovedThing::Light(_)))
         {
             self.records.forget();
+            self.far_records.forget();
         }
     }
 }

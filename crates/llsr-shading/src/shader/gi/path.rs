@@ -3,52 +3,68 @@
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
+use llsr_quadrature::Receiver;
 use llsr_scene::{Light, LightId};
 use rand_pcg::Pcg64Mcg;
 
 use crate::shader::gi::gather::{cosine_direction, frame, unit};
-use crate::shader::look::{direct_only, pixel_of};
 use crate::shader::{ShaderScratch, World};
-use crate::{DirectLight, LightState, SurfacePoint};
+use crate::{PreparedLights, SurfacePoint};
 
 /// A path that carries less than this share of its light goes on by chance.
 const ROULETTE: f64 = 0.3;
 
-/// Lights of which each is looked at from the first surface of a path. Of more lights so many are picked.
-const MANY_LIGHTS: usize = 6;
+/// Shadow rays from the first surface of a path, about; from each of the others one is sent.
+const FIRST_RAYS: f64 = 4.0;
 
 /// A light from afar.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beacon {
-    middle: DVec3,
-    /// Square of half its extent (m2).
-    extent: f64,
+    ends: [DVec3; 2],
+    length: f64,
     flux: f64,
     colour: DVec3,
+    /// Does it lie along the line between its ends, so that heights there say how it stands to a surface?
+    thin: bool,
 }
 
 impl Beacon {
     pub(crate) fn new(light: &Light) -> Self {
         let (a, b) = light.ends();
         Self {
-            middle: 0.5 * (a + b),
-            extent: 0.25 * a.distance_squared(b) + f64::MIN_POSITIVE,
+            ends: [a, b],
+            length: a.distance(b),
             flux: light.flux().max(0.0),
             colour: light.color().as_dvec3(),
+            thin: match light {
+                Light::Linear(light) => light.radius == 0.0,
+                Light::Point(_) => true,
+                Light::Area(_) => false,
+            },
         }
     }
 
-    /// About how much it may give at a point.
-    fn weight(&self, point: DVec3) -> f64 {
-        self.flux / (self.extent + point.distance_squared(self.middle))
+    /// About how much it may give on a surface if nothing hides it; 0 only if it gives nothing. Cost: about 15 ns.
+    fn weight(&self, surface: &SurfacePoint) -> f64 {
+        let [a, b] = self.ends.map(|end| end - surface.position);
+        let axis = b - a;
+        let along = (-a.dot(axis) / axis.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let nearest = a + axis * along;
+        let distance = nearest.length() + f64::MIN_POSITIVE;
+        // Far off as a point, nearby as a line without end.
+        let free = self.flux / (distance * (distance + self.length));
+        let normal = surface.shading_normal;
+        let cosine = |to: DVec3| normal.dot(to) / (to.length() + f64::MIN_POSITIVE);
+        let most = cosine(a).max(cosine(b)).max(cosine(nearest));
+        free * if self.thin { most } else { most.max(0.1) }.max(0.0)
     }
 }
 
 /// What paths are traced with.
 pub(crate) struct Paths<'a> {
     pub(crate) world: &'a World,
-    /// Direct light where a path meets a surface.
-    pub(crate) direct: DirectLight<'a>,
+    /// Its lights.
+    pub(crate) lights: &'a PreparedLights,
     pub(crate) beacons: &'a [Beacon],
     /// Surfaces that a path may meet, at least 1.
     pub(crate) bounces: u32,
@@ -56,13 +72,17 @@ pub(crate) struct Paths<'a> {
 
 impl Paths<'_> {
     /// Radiance that arrives from `direction`, with the distance of the surface that it comes from (infinite if there is
-    /// none). Unbiased, but for what would come over more surfaces than the limit.
+    /// none).
+    ///
+    /// `known` may say what irradiance a surface gets by way of others; the path ends there. Where it says nothing the path goes on.
+    /// Unbiased if that is, but for what would come over more surfaces than the limit.
     pub(crate) fn radiance(
         &self,
         origin: DVec3,
         direction: DVec3,
         random: &mut Pcg64Mcg,
         scratch: &mut ShaderScratch,
+        mut known: impl FnMut(&SurfacePoint, &mut Pcg64Mcg, &mut ShaderScratch) -> Option<DVec3>,
     ) -> (DVec3, f64) {
         let mut sum = DVec3::ZERO;
         let mut share = DVec3::ONE;
@@ -75,17 +95,15 @@ impl Paths<'_> {
             if bounce == 0 {
                 distance = surface.distance;
             }
-            let seed = rand_core::Rng::next_u64(random);
-            let irradiance = if bounce > 0 {
-                self.by_some_lights(1.0, &surface, seed, random, scratch)
-            } else if self.beacons.len() > MANY_LIGHTS {
-                self.by_some_lights(MANY_LIGHTS as f64, &surface, seed, random, scratch)
-            } else {
-                self.by_all_lights(&surface, seed, scratch)
-            };
+            let count = if bounce == 0 { FIRST_RAYS } else { 1.0 };
+            let irradiance = self.by_lights(count, &surface, random, scratch);
             let albedo = surface.albedo.as_dvec3();
             sum += share * (surface.emission.as_dvec3() + albedo * irradiance * FRAC_1_PI);
             share *= albedo;
+            if let Some(irradiance) = known(&surface, random, scratch) {
+                sum += share * irradiance * FRAC_1_PI;
+                break;
+            }
             let most = share.max_element();
             if most < ROULETTE {
                 let chance = most / ROULETTE;
@@ -105,63 +123,41 @@ impl Paths<'_> {
         (sum, distance)
     }
 
-    fn by_all_lights(&self, surface: &SurfacePoint, seed: u64, scratch: &mut ShaderScratch) -> DVec3 {
-        let mut irradiance = DVec3::ZERO;
-        direct_only(
-            self.world,
-            &self.direct,
-            surface,
-            seed,
-            scratch,
-            |colour, answer| {
-                irradiance += colour * answer.irradiance;
-            },
-        );
-        irradiance
-    }
-
-    /// The same on average, from `count` lights, picked by what they may give: systematic sampling, so that a light that gives
-    /// more than its share is picked each time.
-    fn by_some_lights(
+    /// What all lights give on average, by about `count` rays: lights are picked by about what they would give if nothing hid them.
+    /// Systematic sampling, so that a light that gives more than its share is picked each time.
+    fn by_lights(
         &self,
         count: f64,
         surface: &SurfacePoint,
-        seed: u64,
         random: &mut Pcg64Mcg,
         scratch: &mut ShaderScratch,
     ) -> DVec3 {
-        let all: f64 = self
-            .beacons
-            .iter()
-            .map(|beacon| beacon.weight(surface.position))
-            .sum();
-        let step = all / count;
+        let receiver = Receiver {
+            position: surface.position,
+            normal: surface.shading_normal,
+        };
+        let facing = surface.geometric_normal;
+        let weights = &mut scratch.weights;
+        weights.clear();
+        weights.extend(self.beacons.iter().map(|beacon| beacon.weight(surface)));
+        let step = weights.iter().sum::<f64>() / count;
         let mut irradiance = DVec3::ZERO;
         // How far it is to the next pick along the sum of the weights.
         let mut left = step * unit(random);
-        for (index, beacon) in self.beacons.iter().enumerate() {
-            let weight = beacon.weight(surface.position);
+        for (index, (&weight, beacon)) in weights.iter().zip(self.beacons).enumerate() {
             left -= weight;
             if left >= 0.0 || weight <= 0.0 {
                 continue;
             }
             let picks = (-left / step).ceil();
             left += picks * step;
-            let ShaderScratch {
-                direct,
-                states,
-                statistics,
-                ..
-            } = scratch;
-            if states.is_empty() {
-                states.resize(1, LightState::default());
+            let light = LightId::from(index);
+            let place = self.lights.place(light, &receiver, facing, unit(random));
+            if let Some((place, all)) = place
+                && !self.world.tracer().occluded(surface.origin, place)
+            {
+                irradiance += beacon.colour * (all * picks * step / weight);
             }
-            let id = LightId::from(index);
-            let at = pixel_of(seed);
-            let answer = self
-                .direct
-                .shade_point_by(surface, id, at, &mut states[0], direct, statistics);
-            irradiance += beacon.colour * (answer.irradiance * picks * step / weight);
         }
         irradiance
     }

@@ -17,7 +17,9 @@ pub(crate) struct Record {
     pub(crate) position: DVec3,
     pub(crate) normal: DVec3,
     pub(crate) gathered: Gathered,
-    /// How far it reaches: the R of Ward & Heckbert (m).
+    /// How far what it says holds, by the distances around and the gradient (m).
+    pub(crate) natural: f64,
+    /// How far it is used: the R of Ward & Heckbert (m); more than that on the finest level.
     pub(crate) reach: f64,
     /// The object that it lies on.
     pub(crate) object: ObjectId,
@@ -35,7 +37,9 @@ pub(crate) struct Fan {
     /// Rays from the zenith down and around it.
     pub(crate) rays: [u32; 2],
     /// Rays that meet nothing end here (m).
-    pub(crate) far: f64,
+    pub(crate) longest: f64,
+    /// Do its rays ask the records for rays from afar?
+    pub(crate) asks_far: bool,
 }
 
 /// Lengths that a byte tells apart while they double.
@@ -51,7 +55,7 @@ impl Fan {
     /// those below 1/65,000 of the farthest count as that.
     pub(crate) fn encode(&self, length: Option<f64>) -> u8 {
         let Some(length) = length else { return 0 };
-        let steps = STEPS * (length / self.far).log2();
+        let steps = STEPS * (length / self.longest).log2();
         // A cast takes what is out of range to its end.
         ((255.0 + steps.ceil()) as u8).max(1)
     }
@@ -59,12 +63,12 @@ impl Fan {
     /// Where the rays of a record end.
     fn ends<'a>(&self, record: &'a Record) -> impl Iterator<Item = Vec3> + use<'a> {
         let axes = frame(record.normal);
-        let (rays, far) = (self.rays, self.far);
+        let (rays, longest) = (self.rays, self.longest);
         let mut random = Self::random(record.hash);
         let mut directions = directions(axes, rays, move || unit(&mut random));
         record.lengths.iter().filter_map(move |&code| {
             let direction = directions.next()?;
-            let length = far * ((f64::from(code) - 255.0) / STEPS).exp2();
+            let length = longest * ((f64::from(code) - 255.0) / STEPS).exp2();
             (code > 0).then(|| (record.position + direction * length).as_vec3())
         })
     }
@@ -90,6 +94,19 @@ impl Record {
             return f64::INFINITY;
         }
         distance / self.reach + (1.0 - normal.dot(self.normal)).max(0.0).sqrt()
+    }
+
+    /// How much the record counts at a point, 0 to 1, if it may be wrong by `tolerance` at most. It comes to nothing where the
+    /// error comes to that, and so does that of a record in a crevice, whose light is that of nothing outside.
+    pub(crate) fn goodness(&self, point: DVec3, normal: DVec3, tolerance: f64) -> f64 {
+        let error = self.error(point, normal) / tolerance;
+        let beyond = (point - self.position).length() / self.natural;
+        (2.0 - 2.0 * error).clamp(0.0, 1.0)
+            * if beyond > 1.0 {
+                1.0 / (beyond * beyond)
+            } else {
+                1.0
+            }
     }
 
     /// Irradiance at a point by the gradients (equation 5), never negative.
@@ -190,7 +207,8 @@ mod tests {
     fn rays_end_where_they_were_seen_to_end_or_a_little_beyond() {
         let fan = Fan {
             rays: [7, 20],
-            far: 30.0,
+            longest: 30.0,
+            asks_far: false,
         };
         let position = DVec3::new(1.0, -2.0, 0.5);
         let normal = DVec3::new(0.6, 0.0, -0.8);
@@ -208,6 +226,7 @@ mod tests {
             position,
             normal,
             gathered: Gathered::default(),
+            natural: 1.0,
             reach: 1.0,
             object: ObjectId(0),
             hash: 77,
