@@ -1,7 +1,7 @@
 //! Records that serve rays from afar.
 //!
 //! A path that goes on by chance from surface to surface brings a noisy number. So what a surface far away gets by way of others is
-//! taken from a record near it: of the four lines of the coarsest lattice around, one is picked by its bilinear weight, so that the mean of
+//! taken from a record near it: of the four lines of the coarsest level around, one is picked by its bilinear weight, so that the mean of
 //! many rays is an interpolation. Such records are few, made with few rays along whole paths, and a record that asks them averages
 //! over dozens. From nearby their coarseness would show: there, and where no record is seen, the path goes on.
 //!
@@ -18,6 +18,9 @@ use crate::shader::gi::gather::unit;
 use crate::shader::gi::lattice::{Lattice, PlaceKey};
 use crate::shader::gi::record::Record;
 use crate::shader::gi::{Batch, GiShader, axis_weights};
+
+/// From nearer than this share of their distance they are not asked.
+const NEAR: f64 = 0.5;
 
 /// Rays of such a record.
 pub(crate) const RAYS: [u32; 2] = [4, 12];
@@ -39,7 +42,7 @@ impl Batch<'_> {
             ..
         } = self.shader;
         let spacing = lattice.spacing(0);
-        if surface.distance < spacing {
+        if surface.distance < NEAR * spacing {
             return None;
         }
         let (point, normal) = (surface.position, surface.shading_normal);

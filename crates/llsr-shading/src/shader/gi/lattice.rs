@@ -14,7 +14,7 @@ use crate::shader::World;
 /// Surfaces that one line may cross; the rest are left out.
 const CROSSINGS: usize = 256;
 /// The most levels.
-pub(crate) const LEVELS: usize = 12;
+pub(crate) const LEVELS: usize = 13;
 
 /// One object in so many may be left out of the size of a scene.
 const OUTLIERS: usize = 16;

@@ -55,6 +55,11 @@ use lattice::{LEVELS, Lattice, LineKey, PlaceKey, scene_size};
 use path::{Beacon, Paths};
 use record::{Fan, Record};
 
+/// The level of the lattice with the widest records for points; the one before is that of records for rays from afar.
+const NEAR_LEVEL: usize = 1;
+/// How much farther apart the latter are.
+const FAR_WIDTH: f64 = (1 << NEAR_LEVEL) as f64;
+
 /// What coarse levels may leave open of a point's light, as a share, without a finer level being asked: records of that would
 /// hardly show.
 const LEFT_OPEN: f64 = 0.1;
@@ -84,11 +89,11 @@ pub struct GiSettings {
 impl Default for GiSettings {
     fn default() -> Self {
         Self {
-            rays: [7, 20],
+            rays: [8, 23],
             bounces: 8,
             tolerance: 0.3,
             spacing: 1.0 / 32.0,
-            levels: 5,
+            levels: 4,
             memory: 32 << 20,
             seed: 0,
         }
@@ -162,7 +167,7 @@ impl GiShader {
             bounces: settings.bounces.clamp(1, 32),
             tolerance: range(settings.tolerance, 0.05, 1.0),
             spacing: range(settings.spacing, 1e-6, 1.0),
-            levels: settings.levels.clamp(1, LEVELS as u32),
+            levels: settings.levels.clamp(1, (LEVELS - NEAR_LEVEL) as u32),
             ..*settings
         };
         let direct = Settings::default();
@@ -171,7 +176,7 @@ impl GiShader {
         let lights = PreparedLights::new(world.lights(), &world.scene().materials, &direct);
         let beacons = world.lights().iter().map(Beacon::new).collect();
         Self {
-            lattice: Lattice::new(world.bounds(), settings.spacing * size, settings.seed),
+            lattice: Lattice::new(world.bounds(), FAR_WIDTH * settings.spacing * size, settings.seed),
             lines: Memory::new(settings.memory / 4),
             records: Memory::new(settings.memory / 2),
             far_records: Memory::new(settings.memory / 4),
@@ -268,7 +273,7 @@ impl Batch<'_> {
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
         // What the levels so far leave to the next; and how far records may reach here, by what is known.
         let (mut left, mut reach) = (1.0, f64::INFINITY);
-        for level in 0..settings.levels as usize {
+        for level in NEAR_LEVEL..NEAR_LEVEL + settings.levels as usize {
             let (mut found, mut cover) = (DVec3::ZERO, 0.0);
             for axis in (0..3).filter(|&axis| axes[axis] > 0.0) {
                 for (key, share) in lattice.around(axis, level, point) {
@@ -407,7 +412,7 @@ impl Batch<'_> {
             .mean_distance
             .min(if by_slope > 0.0 { by_slope } else { f64::INFINITY });
         // On the finest level records must reach each other; what a gradient says beyond the natural reach is toned down.
-        let finest = lattice.spacing(settings.levels as usize - 1);
+        let finest = lattice.spacing(NEAR_LEVEL + settings.levels as usize - 1);
         let least = 2.0 * finest / settings.tolerance;
         if natural < least {
             gathered.translation = gathered.translation.map(|slope| slope * (natural / least) as f32);
