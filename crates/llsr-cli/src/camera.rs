@@ -63,6 +63,14 @@ pub(crate) fn choose(
             (Some(_), None) => scene.bounds().center().as_dvec3(),
             (None, None) => position + camera.forward(),
         };
+        for (option, place) in [("--look-from", position), ("--look-at", ahead)] {
+            if place.abs().max_element() > Camera::FARTHEST {
+                return Err(Failure::Usage(format!(
+                    "{option}: more than {:e} m away from the scene",
+                    Camera::FARTHEST
+                )));
+            }
+        }
         if position.distance(ahead) == 0.0 {
             return Err(Failure::Usage(
                 "--look-from and --look-at are the same point: the camera has no direction".to_owned(),

@@ -40,12 +40,16 @@ fn run(cli: &Cli) -> Result<(), Failure> {
             .build_global()
             .map_err(|error| Failure::Work(format!("--threads {threads}: {error}")))?;
     }
+    if let Some(command) = &cli.command {
+        output::check(command, &cli.common)?;
+    }
     match &cli.command {
         None => {
             // The flags of `render` with their defaults.
             let Some(Command::Render(args)) = Cli::parse_from(["llsr", "render"]).command else {
                 unreachable!("this command line is a constant")
             };
+            output::check(&Command::Render(args.clone()), &cli.common)?;
             command::render::run(&args, &cli.common, true)
         }
         Some(Command::Render(args)) => command::render::run(args, &cli.common, false),

@@ -173,6 +173,12 @@ fn mistakes_are_named() {
         (vec!["--move"], 2, "--add-grid"),
         (vec!["--move=nothing"], 2, "no such object"),
         (vec!["--path", "missing.txt"], 1, "missing.txt"),
+        (
+            vec!["--look-from", "0,1e300,0"],
+            2,
+            "--look-from: more than 1e15 m",
+        ),
+        (vec!["--look-at", "0,1e300,0"], 2, "--look-at: more than 1e15 m"),
         (vec!["--samples-per-frame", "0"], 2, "--samples-per-frame"),
         (vec!["--shader", "radiosity"], 2, "direct, glossy, gi"),
         (
@@ -188,5 +194,35 @@ fn mistakes_are_named() {
     }
     fs::write(folder.path().join("file"), "").expect("a file");
     let said = LLSR.fails(folder.path(), &small(&["--keep-frames", "file"]), 1);
-    assert!(said.contains("--keep-frames file"), "{said}");
+    assert!(said.contains("--keep-frames") && said.contains("file"), "{said}");
+}
+
+/// What cannot be written is said before any work, which leaves pictures otherwise.
+#[test]
+fn files_that_cannot_be_written_are_named_before_the_walk() {
+    let folder = TempDir::new().expect("a folder");
+    fs::write(folder.path().join("file"), "old").expect("a file");
+    for report in ["nowhere/r.json", ".", "file/r.json"] {
+        let args = small(&["--keep-frames", "kept", "--report", report]);
+        let said = LLSR.fails(folder.path(), &args, 1);
+        assert!(said.contains("--report") && said.contains(report), "{said}");
+    }
+    let names = || -> Vec<_> {
+        let entries = fs::read_dir(folder.path()).expect("a folder");
+        entries
+            .map(|entry| entry.expect("an entry").file_name())
+            .collect()
+    };
+    assert_eq!(names(), ["file"], "no frame was made");
+    LLSR.fails(
+        folder.path(),
+        &small(&["--keep-frames", "kept", "--report", "file", "--path", "missing"]),
+        1,
+    );
+    assert_eq!(
+        fs::read_to_string(folder.path().join("file")).expect("there"),
+        "old",
+        "a walk that fails later leaves the report of before"
+    );
+    assert_eq!(names(), ["file"]);
 }

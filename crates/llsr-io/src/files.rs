@@ -117,6 +117,49 @@ pub(crate) fn write_atomically(
     Ok(())
 }
 
+/// Can [`write_file`] write this file, as far as can be told beforehand? What is there stays as it is.
+///
+/// A file that is made and removed again beside it is the proof; the disk may still fill up later. Of pipes and devices nothing is
+/// asked: opening them could wait, or be seen at the other end.
+///
+/// # Errors
+/// If it cannot be written; the error names it.
+pub fn check_writable(path: &Path) -> Result<(), Error> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    match fs::metadata(&target) {
+        Ok(metadata) if metadata.is_dir() => Err(Error::write(path, std::io::ErrorKind::IsADirectory.into())),
+        Ok(metadata) if !metadata.is_file() => Ok(()),
+        _ => try_directory(directory_of(&target)).map_err(|e| Error::write(path, e)),
+    }
+}
+
+/// Can files be written into this folder, which may be made first with all that it lies in? Nothing is made by asking.
+///
+/// # Errors
+/// If not; the error names the folder.
+pub fn check_folder(path: &Path) -> Result<(), Error> {
+    let fail = |e| Error::write(path, e);
+    // The part of the way that is there.
+    let there = path.ancestors().find_map(|part| {
+        let part = if part.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            part
+        };
+        fs::metadata(part).ok().map(|metadata| (part, metadata))
+    });
+    match there {
+        Some((part, metadata)) if metadata.is_dir() => try_directory(part).map_err(fail),
+        _ => Err(fail(std::io::ErrorKind::NotADirectory.into())),
+    }
+}
+
+fn try_directory(directory: &Path) -> std::io::Result<()> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".llsr-").suffix(".part");
+    builder.tempfile_in(directory).map(drop)
+}
+
 /// Writes `bytes` to `path`: afterwards the file holds either all of them or what it held before.
 ///
 /// # Errors
@@ -171,6 +214,39 @@ mod tests {
         );
     }
 
+    #[test]
+    fn what_cannot_be_written_is_known_beforehand_and_nothing_is_touched() {
+        let directory = tempfile::tempdir().expect("a temporary directory");
+        let place = |name: &str| directory.path().join(name);
+        write_file(&place("file"), b"old").expect("a file");
+        fs::create_dir(place("folder")).expect("a folder");
+        let count = || fs::read_dir(directory.path()).expect("a directory").count();
+        for (name, file, folder) in [
+            ("file", true, false),
+            ("new", true, true),
+            ("folder", false, true),
+            ("folder/new", true, true),
+            ("nowhere/new", false, true),
+            ("nowhere/at/all", false, true),
+            ("file/new", false, false),
+        ] {
+            assert_eq!(check_writable(&place(name)).is_ok(), file, "{name} as a file");
+            assert_eq!(check_folder(&place(name)).is_ok(), folder, "{name} as a folder");
+            assert_eq!(count(), 2, "nothing is left of asking for {name}");
+        }
+        // It says what happens.
+        assert_eq!(fs::read(place("file")).expect("there"), b"old");
+        assert!(
+            write_file(&place("nowhere/new"), b"x").is_err()
+                && fs::create_dir_all(place("file/new")).is_err()
+        );
+        assert!(check_folder(Path::new("new")).is_ok(), "in the working directory");
+        let error = check_writable(&place("folder"))
+            .expect_err("a folder")
+            .to_string();
+        assert!(error.contains("folder") && error.contains("directory"), "{error}");
+    }
+
     #[cfg(unix)]
     #[test]
     fn links_are_followed_and_pipes_stay_pipes() {
@@ -201,6 +277,7 @@ mod tests {
             let pipe = pipe.clone();
             move || fs::read(pipe).expect("the pipe's contents")
         });
+        check_writable(&pipe).expect("nothing is asked of it");
         write_file(&pipe, b"through").expect("a written pipe");
         assert_eq!(reader.join().expect("a reader"), b"through", "all of it");
         assert!(

@@ -66,7 +66,7 @@ mod tubes;
 mod warning;
 
 pub use error::Error;
-pub use files::{read_text, write_file};
+pub use files::{check_folder, check_writable, read_text, write_file};
 pub use gltf::write_gltf;
 pub use load::{LoadOptions, Loaded, load_scene, read_scene};
 pub use picture::{Development, Image, Tone, exposure_for, read_image, write_exr, write_png};

@@ -70,6 +70,10 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// How far from the middle of the scene a camera may stand (m) where it comes from outside: as far as loaders take geometry. The
+    /// squares of larger distances come to no sensible number sooner or later.
+    pub const FARTHEST: f64 = 1e15;
+
     /// A perspective camera at `eye` that looks at `target`.
     ///
     /// Where `up` is (nearly) parallel to the viewing direction another axis takes its place, and a `target` at

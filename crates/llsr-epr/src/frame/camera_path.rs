@@ -81,7 +81,7 @@ impl CameraPath {
     /// Reads a path; `origin` is [`Scene::origin`](llsr_scene::Scene::origin).
     ///
     /// # Errors
-    /// A line without ten finite numbers, a direction without length, an angle that is not above 0 and below 180, a text without
+    /// A line without ten finite numbers, a position farther than [`Camera::FARTHEST`] from the scene, a direction without length, an angle that is not above 0 and below 180, a text without
     /// cameras or with more than a million.
     pub fn parse(text: &str, origin: DVec3) -> Result<Self, CameraPathError> {
         let mut cameras = Vec::new();
@@ -157,6 +157,12 @@ fn parse_line(line: &str, origin: DVec3) -> Result<Camera, String> {
         ));
     }
     let eye = DVec3::new(px, py, pz) - origin;
+    if eye.abs().max_element() > Camera::FARTHEST {
+        return Err(format!(
+            "the position is more than {:e} m away from the scene",
+            Camera::FARTHEST
+        ));
+    }
     Ok(Camera::look_at(
         "path",
         eye,
@@ -227,11 +233,15 @@ mod tests {
             ("0 0 0  0 0 -1  0 1 0  180", "180 degrees"),
             ("0 0 0  0 0 -1  0 1 nan  60", "'nan'"),
             ("0 0 0  0 0 -1  0 1 0  60 7", "more than 10"),
+            ("0 1e300 0  0 0 -1  0 1 0  60", "more than 1e15 m away"),
+            ("-1.1e15 0 0  0 0 -1  0 1 0  60", "more than 1e15 m away"),
         ] {
             let error = CameraPath::parse(&format!("# llsr\n{good}\n{line}\n"), DVec3::ZERO).expect_err(line);
             assert_eq!(error.line, 4, "{error}");
             assert!(error.to_string().contains(problem), "{error}");
         }
+        let far = CameraPath::parse("9e14 0 0  0 0 -1  0 1 0  60", DVec3::ZERO);
+        assert!(far.is_ok(), "{far:?}");
         let empty = CameraPath::parse("# nothing\n", DVec3::ZERO).expect_err("no camera");
         assert_eq!(empty.to_string(), "there is no camera in it");
     }
