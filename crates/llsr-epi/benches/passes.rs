@@ -20,7 +20,6 @@ fn prepare(set: EdgeSet) -> (EdgePointImage, EdgeList) {
                     position: Vec2::new(x as f32 + stream.unit(), y as f32 + stream.unit()),
                     depth: 2.0,
                     colour: Vec3::new(stream.unit(), 0.5, x as f32 / SIZE as f32),
-                    tag: 0,
                 });
             }
         }

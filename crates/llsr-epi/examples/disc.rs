@@ -25,7 +25,6 @@ fn main() -> Result<(), SizeError> {
             position,
             depth,
             colour: Vec3::splat(value),
-            tag: 0,
         });
     }
 

@@ -45,7 +45,6 @@ impl Frame {
                     position,
                     depth: 2.0,
                     colour: Vec3::new(stream.unit(), 0.5, x as f32 / width as f32),
-                    tag: 0,
                 });
             }
         }

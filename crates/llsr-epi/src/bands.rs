@@ -7,8 +7,9 @@ use glam::Vec3;
 
 use crate::classify::CLASS_PLANES;
 use crate::crossings::{BandCrossings, Crossings};
+use crate::donors::{self, DonorRow, SampleValues};
 use crate::edges::EdgeList;
-use crate::image::{EdgePointImage, Scratch};
+use crate::image::{EdgePointImage, Scratch, Settings};
 use crate::interpolate::{InterpolateScratch, Source};
 use crate::kernel::Kernel;
 use crate::occlusion::{BandLimits, LimitScratch, Occlusion, SHARED};
@@ -122,14 +123,7 @@ impl EdgePointImage {
         self.check(picture);
         let rows = self.prepare(bands);
         let level = self.level;
-        let source = Source {
-            pixels: &self.pixels,
-            classes: &self.classes,
-            reach: &self.reach,
-            kernel: self.settings.kernel,
-            fallback: self.settings.fallback.into(),
-            linear: self.settings.linear,
-        };
+        let source = reaching(&self.pixels, &self.classes, &self.reach, &self.settings);
         let scratch = self.scratch.iter_mut().map(|scratch| &mut scratch.interpolate);
         picture
             .bands_mut(rows)
@@ -137,6 +131,42 @@ impl EdgePointImage {
             .map(move |(picture, scratch)| InterpolateBand {
                 level,
                 source,
+                scratch,
+                picture,
+            })
+    }
+
+    /// Rows of a picture to be multiplied by something that depends on the surface that each pixel shows, say a texture, in about
+    /// `bands` bands; `of_samples` says on which surface each sample lies. Between [`fill`](Self::fill) and
+    /// [`filter_complex`](Self::filter_complex): see [`Picture::multiply`].
+    ///
+    /// # Panics
+    /// If there are fewer values than pixels.
+    pub fn donor_bands<'a>(
+        &'a mut self,
+        picture: &'a mut Picture,
+        of_samples: SampleValues<'a>,
+        bands: usize,
+    ) -> impl Iterator<Item = DonorBand<'a>> {
+        self.check(picture);
+        let (width, height) = (self.pixels.width, self.pixels.height);
+        assert!(
+            of_samples.stride >= width && of_samples.values.len() >= of_samples.stride * (height - 1) + width,
+            "{} values, {} a row, for a picture of {width}x{height}",
+            of_samples.values.len(),
+            of_samples.stride
+        );
+        let rows = self.prepare(bands);
+        let level = self.level;
+        let source = reaching(&self.pixels, &self.classes, &self.reach, &self.settings);
+        let scratch = self.scratch.iter_mut().map(|scratch| &mut scratch.donors);
+        picture
+            .bands_mut(rows)
+            .zip(scratch)
+            .map(move |(picture, scratch)| DonorBand {
+                level,
+                source,
+                of_samples,
                 scratch,
                 picture,
             })
@@ -226,10 +256,17 @@ impl EdgePointImage {
         count
     }
 
-    /// Rows in a band, a multiple of those that share a depth limit, and scratch memory for all bands.
+    /// Rows in each of about `bands` bands; the last one may have fewer.
+    pub fn rows_in_band(&self, bands: usize) -> usize {
+        let height = self.pixels.height;
+        // A multiple of the rows that share a depth limit.
+        height.div_ceil(bands.clamp(1, height)).next_multiple_of(SHARED)
+    }
+
+    /// Rows in a band, and scratch memory for all bands.
     fn prepare(&mut self, bands: usize) -> usize {
         let height = self.pixels.height;
-        let rows = height.div_ceil(bands.clamp(1, height)).next_multiple_of(SHARED);
+        let rows = self.rows_in_band(bands);
         let count = height.div_ceil(rows);
         if self.scratch.len() < count {
             self.scratch.resize_with(count, Scratch::default);
@@ -244,6 +281,23 @@ impl EdgePointImage {
             self.size(),
             "the picture has another size than the image"
         );
+    }
+}
+
+/// What knows of the samples in reach of each pixel.
+fn reaching<'a>(
+    pixels: &'a Pixels,
+    classes: &'a Planes<CLASS_PLANES>,
+    reach: &'a Planes<REACH_PLANES>,
+    settings: &Settings,
+) -> Source<'a> {
+    Source {
+        pixels,
+        classes,
+        reach,
+        kernel: settings.kernel,
+        fallback: settings.fallback.into(),
+        linear: settings.linear,
     }
 }
 
@@ -345,6 +399,31 @@ impl InterpolateBand<'_> {
     /// Does this part of the work.
     pub fn run(mut self) {
         simd::interpolate(self.level, self.source, self.scratch, &mut self.picture);
+    }
+}
+
+/// Rows to be multiplied; see [`EdgePointImage::donor_bands`].
+#[derive(Debug)]
+pub struct DonorBand<'a> {
+    level: Level,
+    source: Source<'a>,
+    of_samples: SampleValues<'a>,
+    scratch: &'a mut Vec<u32>,
+    picture: PictureBand<'a>,
+}
+
+impl DonorBand<'_> {
+    /// Hands out all rows.
+    pub fn run(mut self, each: impl FnMut(DonorRow<'_>)) {
+        let picture = &mut self.picture;
+        donors::rows(
+            self.level,
+            self.source,
+            self.of_samples,
+            picture,
+            self.scratch,
+            each,
+        );
     }
 }
 

@@ -13,7 +13,6 @@ use glam::Vec3;
 use crate::antialias::colour;
 use crate::classify::{self, CLASS_PLANES, COMPLEX, CROSSED, HAS_SAMPLE, Masks};
 use crate::code::EdgeCode;
-use crate::colour::unpack_colour;
 use crate::crossings::Crossings;
 use crate::lanes::Lanes;
 use crate::patch::Patches;
@@ -421,7 +420,7 @@ fn gather<C: Cells>(
         let (column, row) = (position % 4, position / 4);
         let cell = (16 * (i / 3) + 2 * (i % 3)) as u32 + 8 * (row / 2) + column / 2;
         let lender = sample_region(board, sides, cell, 2 * (row % 2) + column % 2);
-        let colour = unpack_colour(pixels.colours[index]) * factor(px as u32, py as u32);
+        let colour = pixels.colour(index) * factor(px as u32, py as u32);
         C::lend(reached, lender, colour, &WEIGHTS[i], &mut sums);
     }
     sums

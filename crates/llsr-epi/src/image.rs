@@ -99,6 +99,7 @@ pub(crate) struct Scratch {
     pub(crate) limits: LimitScratch,
     pub(crate) reach: ReachScratch,
     pub(crate) interpolate: InterpolateScratch,
+    pub(crate) donors: Vec<u32>,
     pub(crate) patches: Patches,
 }
 

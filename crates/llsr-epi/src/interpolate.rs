@@ -5,6 +5,7 @@
 //! of five taps, elsewhere as 24 taps under the masks of reachability.
 
 use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED, HAS_SAMPLE, USABLE};
+use crate::colour::{Packed, unpack_colour};
 use crate::fit::{self, FitScratch, FitWindows, Floats};
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
@@ -76,8 +77,8 @@ pub(crate) trait Blocks {
     type Sums: Copy;
     /// Sixteen floats.
     type Floats: Floats;
-    /// Unpacks 16 pixels into `row` from column `at`.
-    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize);
+    /// Unpacks 16 pixels into `row` from column `at`: words, high and low bits of colours.
+    fn unpack(packed: PackedBlock<'_>, row: &mut TileRow, at: usize);
     /// Vertical filter of the 16 pixels from column `at`.
     fn down(rows: [&TileRow; 5], at: usize, taps: [f32; 3], out: &mut TileRow);
     /// Horizontal filter of the 16 pixels from column `at`.
@@ -89,7 +90,15 @@ pub(crate) trait Blocks {
     ///
     /// `own` has the bits of pixels with a sample of their own. Pixels without any get `fallback`.
     fn finish(sums: Self::Sums, own: u16, out: Output<'_>, scale: f32, fallback: [f32; 3]) -> u16;
+    /// Copies `values[from + i]` to `out[i]` for each bit i that is set.
+    ///
+    /// # Panics
+    /// If one of them is not there.
+    fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]);
 }
+
+/// Words of a block, and the colours in `colours` and `cache` (see [`Pixels`]).
+pub(crate) type PackedBlock<'a> = (&'a [u16; BLOCK], &'a [u32; BLOCK], &'a [u32; BLOCK]);
 
 /// Where a block goes.
 #[derive(Debug)]
@@ -214,19 +223,21 @@ fn load_row<B: Blocks>(
     let start = y as usize * pixels.stride;
     let words = &pixels.words[start..start + pixels.stride];
     let colours = &pixels.colours[start..start + pixels.stride];
+    let cache = &pixels.cache[start..start + pixels.stride];
     for at in (0..tile.len() * 64 + 2 * MARGIN).step_by(BLOCK) {
         // The column in the picture, plus the margin.
         let x = tile.start * 64 + at;
         let block = x.checked_sub(MARGIN).and_then(|x| {
             let words: &[u16; BLOCK] = words.get(x..x + BLOCK)?.try_into().ok()?;
             let colours: &[u32; BLOCK] = colours.get(x..x + BLOCK)?.try_into().ok()?;
-            Some((words, colours))
+            let cache: &[u32; BLOCK] = cache.get(x..x + BLOCK)?.try_into().ok()?;
+            Some((words, colours, cache))
         });
         match block {
-            Some((words, colours)) => {
-                B::unpack(words, colours, row, at);
+            Some(block) => {
+                B::unpack(block, row, at);
                 if let Some(fit) = &mut fit {
-                    fit.unpack::<B::Floats>(slot, words, row, at);
+                    fit.unpack::<B::Floats>(slot, block.0, row, at);
                 }
             }
             None => {
@@ -328,19 +339,66 @@ fn tap_masks(source: Source<'_>, at: usize, y: usize) -> TapMasks {
     masks
 }
 
+/// One of the same masks.
+#[inline(always)]
+pub(crate) fn tap_mask(source: Source<'_>, at: usize, y: usize, tap: u8) -> u64 {
+    let (dx, dy) = (tap as isize % 5 - 2, tap as isize / 5 - 2);
+    let (here, there) = (
+        source.classes.row(y as isize),
+        source.classes.row(y as isize + dy),
+    );
+    let reach = |row: isize, plane: usize| source.reach.row(row).plane(plane);
+    let mask = match tap {
+        12 => here.plane(USABLE)[at],
+        13.. => reach(y as isize, usize::from(tap) - 13)[at] & u64::load_beside(there.plane(USABLE), at, dx),
+        // The opposite neighbour holds the bit of the pair.
+        _ => {
+            let backward = u64::load_beside(reach(y as isize + dy, 11 - usize::from(tap)), at, dx);
+            backward & u64::load_beside(there.plane(USABLE), at, dx)
+        }
+    };
+    mask | here.plane(COMPLEX)[at] & u64::load_beside(there.plane(HAS_SAMPLE), at, dx)
+}
+
+/// The bits of pixels with a sample at a tap, in reach or not.
+#[inline(always)]
+pub(crate) fn sample_mask(source: Source<'_>, at: usize, y: usize, tap: u8) -> u64 {
+    let (dx, dy) = (tap as isize % 5 - 2, tap as isize / 5 - 2);
+    let there = source.classes.row(y as isize + dy);
+    u64::load_beside(there.plane(HAS_SAMPLE), at, dx)
+}
+
 /// The form that runs anywhere.
 #[derive(Debug)]
 pub(crate) struct Portable;
+
+/// [`Blocks::take`], bit by bit.
+#[inline(always)]
+pub(crate) fn take_each(mut bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
+    while bits != 0 {
+        let i = bits.trailing_zeros() as usize;
+        out[i] = values[(from + i as isize) as usize];
+        bits &= bits - 1;
+    }
+}
 
 impl Blocks for Portable {
     type Sums = [[f32; BLOCK]; CHANNELS];
     type Floats = [f32; BLOCK];
 
     #[inline(always)]
-    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {
+    fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
+        take_each(bits, values, from, out);
+    }
+
+    #[inline(always)]
+    fn unpack((words, colours, cache): PackedBlock<'_>, row: &mut TileRow, at: usize) {
         let [red, green, blue, present] = &mut row.0;
         for i in 0..BLOCK {
-            let colour = crate::colour::unpack_colour(colours[i]);
+            let colour = unpack_colour(Packed {
+                coarse: colours[i],
+                fine: cache[i] as u16,
+            });
             red[at + i] = colour.x;
             green[at + i] = colour.y;
             blue[at + i] = colour.z;

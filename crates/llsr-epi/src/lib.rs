@@ -15,7 +15,7 @@
 //! edges.push(ScreenSegment { a: Vec2::new(4.5, -1.0), b: Vec2::new(4.5, 9.0), depth_a: 1.0, depth_b: 1.0 });
 //! let mut image = EdgePointImage::new(8, 8, Settings::default())?;
 //! for (x, value) in [(2.5, 0.25), (6.5, 1.0)] {
-//!     image.insert(&Point { position: Vec2::new(x, 4.5), depth: 2.0, colour: Vec3::splat(value), tag: 0 });
+//!     image.insert(&Point { position: Vec2::new(x, 4.5), depth: 2.0, colour: Vec3::splat(value) });
 //! }
 //! image.rasterize(&edges, None);
 //! let mut picture = Picture::new(8, 8);
@@ -39,6 +39,7 @@ mod code;
 mod colour;
 mod complex;
 mod crossings;
+mod donors;
 mod edges;
 mod fill;
 mod fit;
@@ -59,10 +60,11 @@ mod simd;
 mod tables;
 
 pub use bands::{
-    AntialiasBand, ClassifyBand, ComplexBand, FillBand, InterpolateBand, RasterizeBand, ReachBand,
+    AntialiasBand, ClassifyBand, ComplexBand, DonorBand, FillBand, InterpolateBand, RasterizeBand, ReachBand,
 };
 pub use code::{EdgeCode, PixelClass, Reachability, RegionSide};
 pub use colour::MAX_COMPONENT;
+pub use donors::{ColourRow, DonorRow, NO_DONOR, SampleValues};
 pub use edges::{EdgeList, ScreenSegment};
 pub use image::{ClassCounts, EdgePointImage, MAX_SIZE, PixelCrossings, Settings, SizeError};
 pub use kernel::Kernel;

@@ -15,17 +15,22 @@ pub struct SamplePlanes<'a> {
     pub region: &'a [u8],
     /// Distance along the view axis, as [`Point::depth`](crate::Point::depth); read only where there is a point.
     pub depth: &'a [f32],
-    /// Colours as bits 0-8 red, 9-17 green, 18-26 blue, 27-31 exponent: component = mantissa * 2^(exponent - 20).
+    /// Colours with mantissas of 14 bits: component = mantissa * 2^(exponent - 25). The nine high bits of the mantissas, bits 0-8 red,
+    /// 9-17 green, 18-26 blue, and the exponent in bits 27-31.
     pub colour: &'a [u32],
+    /// The five low bits of the mantissas: bits 0-4 red, 5-9 green, 10-14 blue; bit 15 is ignored.
+    pub fine: &'a [u16],
 }
 
 /// Bits of a region byte that mean something.
 const REGION: u8 = 0x1f;
 /// Set in a region byte if there is a point.
 const OCCUPIED: u8 = 0x10;
+/// Bits of the low parts of mantissas that mean something.
+const FINE_BITS: u16 = 0x7fff;
 
 impl EdgePointImage {
-    /// Replaces all samples by those of `planes`; tags become 0. The same samples as [`insert`](Self::insert) makes of
+    /// Replaces all samples by those of `planes`. The same samples as [`insert`](Self::insert) makes of
     /// points in these regions, several times faster.
     ///
     /// # Panics
@@ -37,7 +42,8 @@ impl EdgePointImage {
             .region
             .len()
             .min(planes.depth.len())
-            .min(planes.colour.len());
+            .min(planes.colour.len())
+            .min(planes.fine.len());
         assert!(
             planes.stride >= width && shortest >= needed,
             "planes of {shortest} samples, {} a row, for a picture of {width}x{height}",
@@ -56,7 +62,8 @@ pub(crate) fn load(planes: SamplePlanes<'_>, pixels: &mut Pixels) {
         let to = y * pixels.stride..y * pixels.stride + width;
         let region = &planes.region[from.clone()][..width];
         let depth = &planes.depth[from.clone()][..width];
-        let colour = &planes.colour[from][..width];
+        let colour = &planes.colour[from.clone()][..width];
+        let fine = &planes.fine[from][..width];
         let words = &mut pixels.words[to.clone()][..width];
         let colours = &mut pixels.colours[to.clone()][..width];
         let cache = &mut pixels.cache[to][..width];
@@ -67,7 +74,7 @@ pub(crate) fn load(planes: SamplePlanes<'_>, pixels: &mut Pixels) {
         for x in 0..width {
             let there = if region[x] & OCCUPIED == 0 { 0 } else { u32::MAX };
             colours[x] = colour[x] & there;
-            cache[x] = u32::from(pack_depth(depth[x])) << 16 & there;
+            cache[x] = (u32::from(pack_depth(depth[x])) << 16 | u32::from(fine[x] & FINE_BITS)) & there;
         }
     }
 }
@@ -89,7 +96,8 @@ mod tests {
             state >> 8
         };
         let pixels = stride * height as usize;
-        let (mut region, mut depth, mut colour) = (vec![0u8; pixels], vec![0.0; pixels], vec![0; pixels]);
+        let (mut region, mut depth) = (vec![0u8; pixels], vec![0.0; pixels]);
+        let (mut colour, mut fine) = (vec![0; pixels], vec![0; pixels]);
         for level in simd::Level::available() {
             let image =
                 || EdgePointImage::with_level(width, height, Settings::default(), level).expect("size");
@@ -99,13 +107,12 @@ mod tests {
                 position: Vec2::new(0.5, 0.5),
                 depth: 1e-6,
                 colour: Vec3::X,
-                tag: 3,
             });
             for y in 0..height {
                 for x in 0..width {
                     let i = y as usize * stride + x as usize;
                     let there = next() % 3 > 0;
-                    let value = (next() % 1000) as f32 / 64.0;
+                    let value = (next() % 100_000) as f32 / 6400.0;
                     let far = if next() % 9 == 0 {
                         f32::INFINITY
                     } else {
@@ -115,14 +122,14 @@ mod tests {
                     // Garbage beside a point that is not there must not show.
                     region[i] = quarter | if there { 16 } else { 0 } | 0x80;
                     depth[i] = far;
-                    colour[i] = pack_colour(Vec3::new(value, 1.0, 3.0 * value));
+                    let packed = pack_colour(Vec3::new(value, 1.0, 3.0 * value));
+                    (colour[i], fine[i]) = (packed.coarse, packed.fine | 0x8000);
                     let at = |q: u8, corner: u32| corner as f32 + (f32::from(q) + 0.5) / 4.0;
                     if there {
                         inserted.insert(&Point {
                             position: Vec2::new(at(quarter % 4, x), at(quarter / 4, y)),
                             depth: far,
                             colour: Vec3::new(value, 1.0, 3.0 * value),
-                            tag: 0,
                         });
                     }
                 }
@@ -132,6 +139,7 @@ mod tests {
                 region: &region,
                 depth: &depth,
                 colour: &colour,
+                fine: &fine,
             });
             for y in 0..height {
                 for x in 0..width {

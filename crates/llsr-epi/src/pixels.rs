@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::code::EdgeCode;
-use crate::colour::{pack_colour, pack_depth, unpack_colour, unpack_depth};
+use crate::colour::{Packed, pack_colour, pack_depth, unpack_colour, unpack_depth};
 
 /// Lowest bit of the sample's position in a pixel word; the edge code lies below.
 pub(crate) const POSITION_SHIFT: u32 = 10;
@@ -22,8 +22,6 @@ pub struct Point {
     /// What is to be interpolated, linear, components in [0, [`MAX_COMPONENT`](crate::MAX_COMPONENT)]: radiance, or
     /// irradiance if the picture is multiplied by an albedo afterwards.
     pub colour: Vec3,
-    /// For the caller: an age, a generation, an index.
-    pub tag: u16,
 }
 
 /// The sample of a pixel as it is stored.
@@ -33,10 +31,8 @@ pub struct Sample {
     pub position: u8,
     /// Depth, rounded up by at most 1/1023.
     pub depth: f32,
-    /// Colour with nine bits to the largest component.
+    /// Colour with 14 bits to the largest component.
     pub colour: Vec3,
-    /// As given.
-    pub tag: u16,
 }
 
 /// Structure of arrays: 2 + 4 + 4 bytes a pixel.
@@ -48,9 +44,9 @@ pub(crate) struct Pixels {
     pub(crate) stride: usize,
     /// Bits 0-9 edge code, 10-13 position of the sample, 14 has a sample.
     pub(crate) words: Vec<u16>,
-    /// Shared-exponent colours; 0 without a sample.
+    /// High bits of shared-exponent colours; 0 without a sample.
     pub(crate) colours: Vec<u32>,
-    /// Depth in the high half, tag in the low one.
+    /// Depth in the high half, low bits of the colour in the low one; 0 without a sample.
     pub(crate) cache: Vec<u32>,
 }
 
@@ -91,8 +87,9 @@ impl Pixels {
             return false;
         }
         self.words[index] = word & EdgeCode::BITS | position << POSITION_SHIFT | SAMPLE;
-        self.colours[index] = pack_colour(point.colour);
-        self.cache[index] = u32::from(depth) << 16 | u32::from(point.tag);
+        let colour = pack_colour(point.colour);
+        self.colours[index] = colour.coarse;
+        self.cache[index] = u32::from(depth) << 16 | u32::from(colour.fine);
         true
     }
 
@@ -109,8 +106,16 @@ impl Pixels {
         (word & SAMPLE != 0).then(|| Sample {
             position: (word >> POSITION_SHIFT & 15) as u8,
             depth: unpack_depth((self.cache[index] >> 16) as u16),
-            colour: unpack_colour(self.colours[index]),
-            tag: self.cache[index] as u16,
+            colour: self.colour(index),
+        })
+    }
+
+    /// The colour of the sample of a pixel; black without one.
+    #[inline]
+    pub(crate) fn colour(&self, index: usize) -> Vec3 {
+        unpack_colour(Packed {
+            coarse: self.colours[index],
+            fine: self.cache[index] as u16,
         })
     }
 

@@ -22,6 +22,7 @@ use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::{BandCrossings, Crossings};
+use crate::donors::{self, SampleValues};
 use crate::edges::EdgeList;
 use crate::interpolate::{self, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
@@ -203,6 +204,21 @@ pub(crate) fn interpolate(
         Level::Portable => interpolate::interpolate::<interpolate::Portable>(source, scratch, band),
         #[cfg(target_arch = "x86_64")]
         wide => x86::interpolate(wide, source, scratch, band),
+    }
+}
+
+/// [`donors::donate`] for the given level.
+pub(crate) fn donate(
+    level: Level,
+    source: Source<'_>,
+    of_samples: SampleValues<'_>,
+    y: usize,
+    donated: &mut [u32],
+) {
+    match level {
+        Level::Portable => donors::donate::<interpolate::Portable>(source, of_samples, y, donated),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::donate(wide, source, of_samples, y, donated),
     }
 }
 

@@ -44,7 +44,6 @@ fn bytes_a_pixel_and_allocations() {
                 position: unit * Vec2::new(width as f32, height as f32),
                 depth: 1.0,
                 colour: Vec3::ONE,
-                tag: 0,
             });
         }
         list.clear();

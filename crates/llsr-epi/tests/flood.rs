@@ -175,7 +175,6 @@ impl Window {
                 position,
                 depth: 1.0,
                 colour,
-                tag: 0
             }),
             "{position} is inside"
         );

@@ -40,7 +40,6 @@ fn scatter(
                     position,
                     depth: 1.0,
                     colour,
-                    tag: 0,
                 });
             }
         }

@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3};
 use llsr_epi::{
-    CELL, EdgeList, EdgePointImage, Kernel, Occlusion, Picture, Point, ScreenSegment, Settings, UNREACHED,
-    paper,
+    CELL, EdgeList, EdgePointImage, Kernel, NO_DONOR, Occlusion, Picture, PixelClass, Point, RegionSide,
+    SampleValues, ScreenSegment, Settings, UNREACHED, paper,
 };
 use llsr_testkit::epi::edge_sets::{hatching, thicket};
 use llsr_testkit::epi::windows::Stream;
@@ -48,12 +48,95 @@ fn scene(width: u32, height: u32, seed: u64) -> (EdgePointImage, EdgeList) {
                     position,
                     depth,
                     colour,
-                    tag: 0,
                 });
             }
         }
     }
     (image, list)
+}
+
+/// The nearest samples, in reach or `all`, found pixel by pixel through what the image says of single pixels.
+fn donor(image: &EdgePointImage, x: u32, y: u32, all: bool) -> Option<Vec<(u32, u32)>> {
+    let (width, height) = image.size();
+    let all = all || image.class(x, y) == PixelClass::Complex;
+    let mut found: Option<(i32, Vec<(u32, u32)>)> = None;
+    for i in 0..25i32 {
+        let (dx, dy) = (i % 5 - 2, i / 5 - 2);
+        let (u, v) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+        if u >= width || v >= height {
+            continue;
+        }
+        let bit = if i > 12 { i - 1 } else { i };
+        let Some(sample) = image.sample(u, v) else {
+            continue;
+        };
+        let code = image.edge(u, v);
+        let usable =
+            image.class(u, v) != PixelClass::Complex && code.side(sample.position) == RegionSide::Primary;
+        let reached = i == 12 || image.reach_mask(x, y) >> bit & 1 != 0;
+        if all || usable && reached {
+            let distance = dx * dx + dy * dy;
+            match &mut found {
+                Some((nearest, all)) if *nearest == distance => all.push((u, v)),
+                Some((nearest, _)) if *nearest < distance => {}
+                _ => found = Some((distance, vec![(u, v)])),
+            }
+        }
+    }
+    found.map(|(_, all)| all)
+}
+
+#[test]
+fn donors_are_the_nearest_samples_in_reach() {
+    let (mut none, mut some) = (0, 0);
+    for seed in 0..18 {
+        let (width, height) = SIZES[seed as usize % SIZES.len()];
+        let (mut image, edges) = scene(width, height, seed);
+        image.rasterize(&edges, None);
+        image.classify();
+        image.reach();
+        let mut picture = Picture::new(width, height);
+        image.interpolate(&mut picture);
+        let stride = width as usize + 3;
+        let values: Vec<u32> = (0..stride as u32 * height).collect();
+        let of_samples = SampleValues {
+            values: &values,
+            stride,
+        };
+        let (mut rows, mut complex) = (Vec::new(), Vec::new());
+        for band in image.donor_bands(&mut picture, of_samples, 3) {
+            band.run(|row| {
+                assert_eq!(rows.len(), row.y as usize, "rows come in order");
+                rows.push(row.values.to_vec());
+                complex.push(row.complex.to_vec());
+                row.colours.red.fill(row.y as f32);
+            });
+        }
+        for y in 0..height {
+            for x in 0..width {
+                let found = rows[y as usize][x as usize];
+                let what = format!("seed {seed}, ({x}, {y})");
+                let is_complex = complex[y as usize][x as usize / 64] >> (x % 64) & 1 != 0;
+                assert_eq!(is_complex, image.class(x, y) == PixelClass::Complex, "{what}");
+                assert_eq!(picture.pixel(x, y).x, y as f32, "{what}: the row was handed out");
+                match donor(&image, x, y, false).or_else(|| donor(&image, x, y, true)) {
+                    None => {
+                        none += 1;
+                        assert_eq!(found, NO_DONOR, "{what}");
+                    }
+                    Some(nearest) => {
+                        some += 1;
+                        let numbers = nearest.iter().map(|&(u, v)| v * stride as u32 + u);
+                        assert!(
+                            numbers.clone().any(|n| n == found),
+                            "{what}: {found} of {nearest:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    assert!(none > 100 && some > 1000, "{none} and {some}");
 }
 
 #[test]
@@ -242,7 +325,6 @@ fn edges_are_hidden_where_they_lie_behind_all_samples_around() {
                         position: Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
                         depth: 1.0 + 2.0 * stream.unit() * stream.unit(),
                         colour: Vec3::ONE,
-                        tag: 0,
                     });
                 }
             }

@@ -272,7 +272,6 @@ fn a_million_edges_in_one_pixel_and_extreme_sizes() {
             position: Vec2::new(width as f32 - 0.1, 0.1),
             depth: 1.0,
             colour: Vec3::ONE,
-            tag: 0,
         });
         let mut picture = llsr_epi::Picture::new(width, height);
         image.reconstruct(&mut picture);

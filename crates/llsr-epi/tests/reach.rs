@@ -30,7 +30,6 @@ fn sample(image: &mut EdgePointImage, random: &mut Random) {
         position,
         depth: 1.0,
         colour: Vec3::ONE,
-        tag: 0,
     });
 }
 

@@ -97,7 +97,6 @@ impl World {
                         position,
                         depth: 1.0,
                         colour,
-                        tag: 0,
                     });
                 }
             }

@@ -5,7 +5,7 @@
 //! `frames` (60), `samples` (a frame; 1% of the pixels), `stand` (1: the camera stays where the walk ends), `shader` (direct, glossy), `path` (a camera path), `contrast`
 //! (`FrameSettings::shadow_least_contrast`), `linear` (0: means in place of fits), `near` and `far` (taps of
 //! the filter beside 18 in the middle; 6, 1), `points` (a pixel, 1), `ahead`, `ahead_frames`,
-//! `ages` (highest priority by age), `textures` (0: without them), `references` (a folder that keeps the
+//! `ages` (highest priority by age), `textures` (0: without them), `lookup` (0: textures interpolated with the light), `references` (a folder that keeps the
 //! reference pictures for the next run), `out` (a folder for pictures and heat maps).
 
 use std::path::{Path, PathBuf};
@@ -144,6 +144,7 @@ fn run(name: &str, arguments: &Arguments) -> Option<()> {
         shadow_least_contrast: arguments.number("contrast", default.shadow_least_contrast),
         points_per_pixel: arguments.number("points", default.points_per_pixel.into()) as f32,
         linear: arguments.number("linear", 1.0) != 0.0,
+        textures: arguments.number("lookup", 1.0) != 0.0,
         kernel: Kernel::new(
             18.0,
             arguments.number("near", 6.0) as f32,

@@ -30,6 +30,7 @@ fn requests(range: std::ops::Range<u64>) -> Vec<ShadeRequest> {
 
 fn point(id: u64) -> ShadedPoint {
     ShadedPoint {
+        textured: None,
         id,
         position: Vec3::ZERO,
         normal: Vec3::Z,

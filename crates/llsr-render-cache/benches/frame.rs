@@ -42,7 +42,7 @@ fn sample(x: f32, y: f32) -> Point {
     Point {
         position: Vec3::new(x * depth, -y * depth, -depth),
         colour: Vec3::new(0.5 + 0.4 * x, 0.5 + 0.4 * y, 0.3),
-        albedo: Vec3::ONE,
+        surface: 0,
         object: u32::from(bar),
         lights: 1,
     }

@@ -73,7 +73,7 @@ fn shade(frame: u32, request: Request, red: bool) -> Point {
     Point {
         position: eye + direction * distance,
         colour,
-        albedo: Vec3::ONE,
+        surface: 0,
         object,
         lights: 1,
     }
@@ -110,7 +110,7 @@ fn main() -> Result<(), Error> {
         prediction.choose(AHEAD, phase, &mut ahead);
         if frame % 20 == 19 {
             let Counts { occupied, hidden } = image.counts();
-            let red = image.colour_plane().iter().filter(|&&c| c == red).count();
+            let red = image.colour_plane().iter().filter(|&&c| c == red.coarse).count();
             let share = 100.0 * occupied as f32 / (WIDTH * HEIGHT) as f32;
             let missing = 100.0 * prediction.uncovered();
             println!(

@@ -56,7 +56,7 @@ mod tests {
             let point = Point {
                 position,
                 colour: Vec3::splat(next()),
-                albedo: Vec3::ONE,
+                surface: 0,
                 object: i,
                 lights: 0,
             };

@@ -48,6 +48,8 @@ pub(crate) struct Planes {
     pub(crate) age: Vec<u8>,
     pub(crate) depth: Vec<f32>,
     pub(crate) colour: Vec<u32>,
+    pub(crate) fine: Vec<u16>,
+    pub(crate) surface: Vec<u32>,
     pub(crate) slot: Vec<u32>,
 }
 
@@ -220,23 +222,28 @@ impl PointImage {
             .depth
             .chunks_mut(pixels)
             .zip(planes.colour.chunks_mut(pixels));
-        let planes = region.zip(depth).zip(planes.slot.chunks_mut(pixels));
+        let slot = planes.slot.chunks_mut(pixels).zip(planes.fine.chunks_mut(pixels));
+        let planes = region.zip(depth).zip(slot.zip(planes.surface.chunks_mut(pixels)));
         let rest = self.scratch.iter_mut().zip(&mut self.counts);
         planes.zip(rest).enumerate().map(
-            move |(i, ((((region, age), (depth, colour)), slot), (scratch, counts)))| FinishBand {
-                store,
-                filter,
-                keys,
-                stride,
-                width,
-                first: i * rows,
-                region,
-                age,
-                depth,
-                colour,
-                slot,
-                scratch,
-                counts,
+            move |(i, ((((region, age), (depth, colour)), ((slot, fine), surface)), (scratch, counts)))| {
+                FinishBand {
+                    store,
+                    filter,
+                    keys,
+                    stride,
+                    width,
+                    first: i * rows,
+                    region,
+                    age,
+                    depth,
+                    colour,
+                    fine,
+                    surface,
+                    slot,
+                    scratch,
+                    counts,
+                }
             },
         )
     }
@@ -282,9 +289,19 @@ impl PointImage {
         &self.planes.depth
     }
 
-    /// For each pixel the packed colour of its point (see [`pack_colour`](crate::pack_colour)); 0 without a point.
+    /// For each pixel the high bits of the colour of its point (see [`PackedColour`](crate::PackedColour)); 0 without a point.
     pub fn colour_plane(&self) -> &[u32] {
         &self.planes.colour
+    }
+
+    /// For each pixel with a point [`Point::surface`](crate::Point::surface); elsewhere anything.
+    pub fn surface_plane(&self) -> &[u32] {
+        &self.planes.surface
+    }
+
+    /// The low bits of the same colours.
+    pub fn fine_plane(&self) -> &[u16] {
+        &self.planes.fine
     }
 
     /// For each pixel the slot of its point; [`NO_SLOT`] without a point.
@@ -325,6 +342,7 @@ impl PointImage {
         planes.age[i] = 0;
         planes.depth[i] = f32::INFINITY;
         planes.colour[i] = 0;
+        planes.fine[i] = 0;
         self.keys[i] = NO_KEY;
         let rows = (height as usize).div_ceil(self.counts.len().max(1));
         if let Some(counts) = self.counts.get_mut(y as usize / rows.max(1)) {
@@ -364,6 +382,8 @@ impl PointImage {
             refill(&mut planes.age, pixels, 0);
             refill(&mut planes.depth, pixels, f32::INFINITY);
             refill(&mut planes.colour, pixels, 0);
+            refill(&mut planes.fine, pixels, 0);
+            refill(&mut planes.surface, pixels, 0);
             refill(&mut planes.slot, pixels, NO_SLOT);
             self.counts.clear();
         }
@@ -449,6 +469,8 @@ pub struct FinishBand<'a> {
     pub(crate) age: &'a mut [u8],
     pub(crate) depth: &'a mut [f32],
     pub(crate) colour: &'a mut [u32],
+    pub(crate) fine: &'a mut [u16],
+    pub(crate) surface: &'a mut [u32],
     pub(crate) slot: &'a mut [u32],
     pub(crate) scratch: &'a mut FilterScratch,
     pub(crate) counts: &'a mut Counts,
@@ -506,8 +528,11 @@ impl FinishBand<'_> {
             // Of the same length, so that one check of bounds serves both.
             let ages = &self.store.age[..colours.len()];
             let out_colour = &mut self.colour[at.clone()][..width];
+            let out_fine = &mut self.fine[at.clone()][..width];
+            let out_surface = &mut self.surface[at.clone()][..width];
             let out_age = &mut self.age[at][..width];
             out_colour.fill(0);
+            out_fine.fill(0);
             out_age.fill(0);
             // Colours and ages lie all over the store: they are fetched for pixels that show a point, and for no others.
             let columns = &mut scratch.shown[..width];
@@ -519,8 +544,15 @@ impl FinishBand<'_> {
             for &x in &columns[..count] {
                 let x = x as usize;
                 let slot = out_slot[x] as usize;
-                out_colour[x] = colours[slot];
+                out_colour[x] = colours[slot] as u32;
+                out_fine[x] = (colours[slot] >> 32) as u16;
                 out_age[x] = ages[slot];
+            }
+            if self.store.on_surfaces {
+                let surfaces = &self.store.surface[..];
+                for &x in &columns[..count] {
+                    out_surface[x as usize] = surfaces[out_slot[x as usize] as usize];
+                }
             }
         }
         *self.counts = counts;

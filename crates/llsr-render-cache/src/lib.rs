@@ -32,7 +32,7 @@
 //!         let Request { x, y } = *request;
 //!         let ndc = |v: u32| (v as f32 + 0.5) / 32.0 - 1.0;
 //!         let position = Vec3::new(2.0 * ndc(x), -2.0 * ndc(y), -2.0);
-//!         let point = Point { position, colour: Vec3::ONE, albedo: Vec3::ONE, object: 0, lights: 1 };
+//!         let point = Point { position, colour: Vec3::ONE, surface: 0, object: 0, lights: 1 };
 //!         store.insert(&point, &image, &Replacement::default());
 //!     }
 //!     image.reproject(&store, &View::new(&matrix, width, height)?, &DepthFilter::default());
@@ -66,7 +66,7 @@ mod request;
 mod store;
 mod view;
 
-pub use colour::{MAX_COMPONENT, pack_colour, unpack_colour};
+pub use colour::{MAX_COMPONENT, PackedColour, pack_colour, unpack_colour};
 pub use error::Error;
 pub use filter::DepthFilter;
 pub use image::{Counts, FinishBand, NO_SLOT, OCCUPIED, PointImage, ProjectChunk, ResolveBand};

@@ -6,7 +6,6 @@
 use crate::image::{NO_SLOT, PointImage};
 use crate::project::{self, Level, ListMut, SLOT_MASK, Task};
 use crate::store::{LANES, Point, PointStore};
-use crate::unpack_colour;
 use crate::view::Projected;
 
 /// By how many ticks a point must be older than those of its home for a new sample to take its slot instead.
@@ -91,7 +90,7 @@ impl PointStore {
             && let Some((slot, place)) = self.in_place(point, at, image, policy)
         {
             let changed = place == Place::Renewed && {
-                let (new, old) = (point.colour, unpack_colour(self.colour[slot]));
+                let (new, old) = (point.colour, self.colour(slot));
                 let difference = (new - old).abs().max_element();
                 difference > policy.colour_tolerance * new.max(old).max_element()
             };

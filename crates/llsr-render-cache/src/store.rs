@@ -3,7 +3,7 @@
 use glam::{Affine3A, Vec3};
 
 use crate::Error;
-use crate::colour::{pack_colour, unpack_colour};
+use crate::colour::{PackedColour, pack_colour, unpack_colour};
 
 /// The largest number of points in a store.
 pub const MAX_CAPACITY: usize = (1 << 27) - 1;
@@ -17,11 +17,11 @@ pub struct Point {
     /// Where it lies. A sample of the background goes far away along its ray, say a thousand times the size of the
     /// scene.
     pub position: Vec3,
-    /// What the image shows or, with `albedo`, what it interpolates: radiance or irradiance, linear. Stored with
-    /// nine bits, see [`pack_colour`].
+    /// What the image interpolates, linear: radiance, or light without what the caller puts on it for each pixel. Stored
+    /// with 14 bits, see [`pack_colour`].
     pub colour: Vec3,
-    /// Factor from irradiance to radiance, for callers who keep the two apart; stored with nine bits.
-    pub albedo: Vec3,
+    /// The piece of surface that it lies on, in the caller's numbers.
+    pub surface: u32,
     /// The object that it lies on.
     pub object: u32,
     /// The set of lights that the shader looked at for it, whether they were visible or not: bit i for all lights
@@ -45,7 +45,7 @@ pub enum Fate {
 
 /// A fixed number of slots for points.
 ///
-/// 37 bytes a slot. Points are known by the numbers of their slots. These stay the same until the next
+/// 41 bytes a slot. Points are known by the numbers of their slots. These stay the same until the next
 /// [`insert`](Self::insert), which may move another point.
 ///
 /// Points that fall close to each other are kept close to each other: the slots are divided among the pixels in the order of
@@ -56,9 +56,11 @@ pub struct PointStore {
     pub(crate) x: Vec<f32>,
     pub(crate) y: Vec<f32>,
     pub(crate) z: Vec<f32>,
-    /// Packed; slots without a point hold 0.
-    pub(crate) colour: Vec<u32>,
-    pub(crate) albedo: Vec<u32>,
+    /// Packed, the fine part from bit 32 on; slots without a point hold 0.
+    pub(crate) colour: Vec<u64>,
+    pub(crate) surface: Vec<u32>,
+    /// Was there ever a surface that is not 0?
+    pub(crate) on_surfaces: bool,
     pub(crate) object: Vec<u32>,
     pub(crate) lights: Vec<u64>,
     /// Ticks since insertion, plus what changes of colour added.
@@ -90,7 +92,8 @@ impl PointStore {
             y: vec![0.0; slots],
             z: vec![0.0; slots],
             colour: vec![0; slots],
-            albedo: vec![0; slots],
+            surface: vec![0; slots],
+            on_surfaces: false,
             object: vec![0; slots],
             lights: vec![0; slots],
             age: vec![0; slots],
@@ -129,8 +132,8 @@ impl PointStore {
         let i = slot as usize;
         self.is_live(i).then(|| Point {
             position: self.position(i),
-            colour: unpack_colour(self.colour[i]),
-            albedo: unpack_colour(self.albedo[i]),
+            colour: self.colour(i),
+            surface: self.surface[i],
             object: self.object[i],
             lights: self.lights[i],
         })
@@ -142,11 +145,6 @@ impl PointStore {
         self.is_live(i).then(|| self.age[i])
     }
 
-    /// The packed albedo in `slot` (see [`unpack_colour`](crate::unpack_colour)); 0 if there is no point.
-    pub fn packed_albedo(&self, slot: u32) -> u32 {
-        self.albedo.get(slot as usize).copied().unwrap_or(0)
-    }
-
     /// All points with their slots, in order of the slots.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Point)> + '_ {
         (0..self.capacity as u32).filter_map(|slot| Some((slot, self.point(slot)?)))
@@ -154,6 +152,13 @@ impl PointStore {
 
     pub(crate) fn is_live(&self, i: usize) -> bool {
         self.x.get(i).is_some_and(|x| !x.is_nan())
+    }
+
+    pub(crate) fn colour(&self, i: usize) -> Vec3 {
+        unpack_colour(PackedColour {
+            coarse: self.colour[i] as u32,
+            fine: (self.colour[i] >> 32) as u16,
+        })
     }
 
     pub(crate) fn position(&self, i: usize) -> Vec3 {
@@ -282,7 +287,7 @@ impl PointStore {
     fn remove(&mut self, i: usize) {
         self.x[i] = f32::NAN;
         self.colour[i] = 0;
-        self.albedo[i] = 0;
+        self.surface[i] = 0;
         self.vacant[i / LANES] |= 1 << (i % LANES);
         self.vacancies += 1;
     }
@@ -323,7 +328,7 @@ impl PointStore {
         self.y[to] = self.y[from];
         self.z[to] = self.z[from];
         self.colour[to] = self.colour[from];
-        self.albedo[to] = self.albedo[from];
+        self.surface[to] = self.surface[from];
         self.object[to] = self.object[from];
         self.lights[to] = self.lights[from];
         self.age[to] = self.age[from];
@@ -332,8 +337,10 @@ impl PointStore {
     /// Writes a new point into a slot that is taken.
     pub(crate) fn write(&mut self, i: usize, point: &Point) {
         (self.x[i], self.y[i], self.z[i]) = point.position.into();
-        self.colour[i] = pack_colour(point.colour);
-        self.albedo[i] = pack_colour(point.albedo);
+        let packed = pack_colour(point.colour);
+        self.colour[i] = u64::from(packed.coarse) | u64::from(packed.fine) << 32;
+        self.surface[i] = point.surface;
+        self.on_surfaces |= point.surface != 0;
         self.object[i] = point.object;
         self.lights[i] = point.lights;
         self.age[i] = 0;

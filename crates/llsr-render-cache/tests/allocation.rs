@@ -35,7 +35,7 @@ fn frames_do_not_allocate() {
                 let point = Point {
                     position,
                     colour,
-                    albedo: colour,
+                    surface: 0,
                     object: x % 3,
                     lights: 1,
                 };

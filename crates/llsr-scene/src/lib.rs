@@ -41,4 +41,4 @@ pub use mesh::Mesh;
 pub use oracle::SegmentOracle;
 pub use primitive::{Primitive, Shape};
 pub use scene::{Geometry, Object, Scene};
-pub use texture::{Texture, Wrap, linear_to_srgb, luminance, srgb_to_linear};
+pub use texture::{TYPICAL_TEXELS, Texture, Wrap, linear_to_srgb, luminance, srgb_to_linear};

@@ -65,6 +65,18 @@ impl Scene {
         MaterialId::from(self.materials.len() - 1)
     }
 
+    /// The base colour of a material with the [typical colour](Texture::typical) of its texture.
+    ///
+    /// # Panics
+    /// If the material names a texture that the scene does not have.
+    pub fn plain_albedo(&self, material: &Material) -> Vec3 {
+        let texture = material.base_color_texture.as_ref();
+        let typical = texture.map_or(Vec3::ONE, |texture| {
+            self.textures[texture.texture.index()].typical()
+        });
+        material.base_color * typical
+    }
+
     /// Adds a texture.
     pub fn add_texture(&mut self, texture: Texture) -> TextureId {
         self.textures.push(texture);

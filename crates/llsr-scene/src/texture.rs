@@ -16,6 +16,9 @@ pub enum Wrap {
     Clamp,
 }
 
+/// Texels along each side that [`Texture::typical`] looks at, at most.
+pub const TYPICAL_TEXELS: u32 = 64;
+
 /// An sRGB-encoded image; row 0 is at v = 0 (glTF's convention: the top).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
@@ -32,6 +35,28 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// A colour that stands for the whole texture: the mean of up to [`TYPICAL_TEXELS`] x [`TYPICAL_TEXELS`] texels, evenly spread, linear RGB;
+    /// no component is below 1/256, so that one can divide by it.
+    pub fn typical(&self) -> Vec3 {
+        if self.pixels.is_empty() {
+            return Vec3::ONE;
+        }
+        let along = |size: u32| {
+            let count = size.clamp(1, TYPICAL_TEXELS);
+            (0..count)
+                .map(move |i| ((2 * u64::from(i) + 1) * u64::from(size) / (2 * u64::from(count))) as usize)
+        };
+        let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+        for y in along(self.height) {
+            for x in along(self.width) {
+                let p = self.pixels[y * self.width as usize + x];
+                sum += Vec3::from(p.map(|c| SRGB[usize::from(c)]));
+                count += 1.0;
+            }
+        }
+        (sum / count).max(Vec3::splat(1.0 / 256.0))
+    }
+
     /// The colour at `uv`, bilinear, linear RGB.
     pub fn sample(&self, uv: Vec2) -> Vec3 {
         if !uv.is_finite() || self.pixels.is_empty() {

@@ -369,6 +369,7 @@ mod tests {
                 emission: Vec3::ZERO,
                 object: ObjectId(0),
                 material: MaterialId(0),
+                textured: None,
             };
             let receiver = Receiver { position, normal: facing };
             let toward_lights = (DVec3::Y * 2.4 - position).normalize();

@@ -27,6 +27,8 @@ pub struct SurfacePoint {
     pub object: ObjectId,
     /// Its material here.
     pub material: MaterialId,
+    /// The triangle of its mesh, if a texture was looked up on it.
+    pub textured: Option<u32>,
 }
 
 impl SurfacePoint {
@@ -54,7 +56,7 @@ impl SurfacePoint {
         };
         let geometric_normal = towards(hit.normal);
         let mut shading_normal = geometric_normal;
-        let mut uv = None;
+        let (mut uv, mut textured) = (None, None);
         let material = match (object.geometry, hit.surface) {
             (
                 Geometry::Mesh(mesh),
@@ -102,6 +104,9 @@ impl SurfacePoint {
         if let (Some(texture), Some(uv)) = (paint.base_color_texture, uv) {
             let image = &scene.textures[texture.texture.index()];
             albedo *= image.sample(texture.coordinates(uv));
+            if let Surface::Triangle { index, .. } = hit.surface {
+                textured = Some(index);
+            }
         }
         Self {
             position: hit.position,
@@ -114,6 +119,7 @@ impl SurfacePoint {
             emission: paint.emission,
             object: hit.object,
             material,
+            textured,
         }
     }
 }

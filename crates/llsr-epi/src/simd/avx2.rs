@@ -10,10 +10,12 @@ use glam::Vec3;
 
 use crate::classify::Masks;
 use crate::code::EdgeCode;
+use crate::colour::FINE;
 use crate::complex::{Cells, LANES, Reached, Sums};
 use crate::fit::Floats;
 use crate::interpolate::{
-    BLOCK, Blocks, CHANNELS, MARGIN, Output, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
+    BLOCK, Blocks, CHANNELS, MARGIN, Output, PackedBlock, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
+    take_each,
 };
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
@@ -132,11 +134,15 @@ fn five_taps([a, b, c, d, e]: [__m256; 5], [centre, near, far]: [f32; 3]) -> __m
 }
 
 /// The low nine bits of each lane times its unit.
+/// [`FINE`] as these instructions want it.
+const LOW: i32 = FINE as i32;
+
 #[inline(always)]
-fn mantissa(shifted: __m256i, unit: __m256) -> __m256 {
+fn mantissa(high: __m256i, low: __m256i, unit: __m256) -> __m256 {
     // SAFETY: the CPU has AVX2 (see `Avx2`).
     unsafe {
-        let bits = _mm256_and_si256(shifted, _mm256_set1_epi32(0x1ff));
+        let high = _mm256_and_si256(high, _mm256_set1_epi32(0x1ff << FINE));
+        let bits = _mm256_or_si256(high, _mm256_and_si256(low, _mm256_set1_epi32(0x1f)));
         _mm256_mul_ps(_mm256_cvtepi32_ps(bits), unit)
     }
 }
@@ -341,20 +347,34 @@ impl Blocks for Avx2 {
     type Floats = [__m256; 2];
 
     #[inline(always)]
-    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {
+    fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
+        take_each(bits, values, from, out);
+    }
+
+    #[inline(always)]
+    fn unpack((words, colours, cache): PackedBlock<'_>, row: &mut TileRow, at: usize) {
         for half in [0, WIDTH] {
-            // SAFETY: eight colours and eight words lie behind `half` in the arrays. The CPU has AVX2 (see `Avx2`).
+            // SAFETY: eight pixels lie behind `half` in the arrays. The CPU has AVX2 (see `Avx2`).
             let channels = unsafe {
                 let packed = _mm256_loadu_si256(colours[half..].as_ptr().cast());
-                let exponent = _mm256_add_epi32(_mm256_srli_epi32::<27>(packed), _mm256_set1_epi32(127 - 20));
+                let fine = _mm256_loadu_si256(cache[half..].as_ptr().cast());
+                let exponent = _mm256_add_epi32(_mm256_srli_epi32::<27>(packed), _mm256_set1_epi32(127 - 25));
                 let unit = _mm256_castsi256_ps(_mm256_slli_epi32::<23>(exponent));
                 let words = _mm256_cvtepu16_epi32(_mm_loadu_si128(words[half..].as_ptr().cast()));
                 let sample = _mm256_set1_epi32(i32::from(SAMPLE));
                 let present = _mm256_cmpeq_epi32(_mm256_and_si256(words, sample), sample);
                 [
-                    mantissa(packed, unit),
-                    mantissa(_mm256_srli_epi32::<9>(packed), unit),
-                    mantissa(_mm256_srli_epi32::<18>(packed), unit),
+                    mantissa(_mm256_slli_epi32::<LOW>(packed), fine, unit),
+                    mantissa(
+                        _mm256_srli_epi32::<{ 9 - LOW }>(packed),
+                        _mm256_srli_epi32::<LOW>(fine),
+                        unit,
+                    ),
+                    mantissa(
+                        _mm256_srli_epi32::<{ 18 - LOW }>(packed),
+                        _mm256_srli_epi32::<{ 2 * LOW }>(fine),
+                        unit,
+                    ),
                     _mm256_and_ps(_mm256_castsi256_ps(present), _mm256_set1_ps(1.0)),
                 ]
             };

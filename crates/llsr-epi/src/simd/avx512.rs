@@ -10,10 +10,11 @@ use glam::Vec3;
 
 use crate::classify::Masks;
 use crate::code::EdgeCode;
+use crate::colour::FINE;
 use crate::complex::{Cells, LANES, Reached, Sums};
 use crate::fit::Floats;
 use crate::interpolate::{
-    BLOCK, Blocks, CHANNELS, MARGIN, Output, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
+    BLOCK, Blocks, CHANNELS, MARGIN, Output, PackedBlock, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
 };
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
@@ -102,10 +103,11 @@ fn five_taps([a, b, c, d, e]: [__m512; 5], [centre, near, far]: [f32; 3]) -> __m
 
 /// The low nine bits of each lane times its unit.
 #[inline(always)]
-fn mantissa(shifted: __m512i, unit: __m512) -> __m512 {
+fn mantissa(high: __m512i, low: __m512i, unit: __m512) -> __m512 {
     // SAFETY: the CPU has AVX-512 (see `Avx512`).
     unsafe {
-        let bits = _mm512_and_si512(shifted, _mm512_set1_epi32(0x1ff));
+        let high = _mm512_and_si512(high, _mm512_set1_epi32(0x1ff << FINE));
+        let bits = _mm512_or_si512(high, _mm512_and_si512(low, _mm512_set1_epi32(0x1f)));
         _mm512_mul_ps(_mm512_cvtepi32_ps(bits), unit)
     }
 }
@@ -277,18 +279,51 @@ impl Blocks for Avx512 {
     type Floats = __m512;
 
     #[inline(always)]
-    fn unpack(words: &[u16; BLOCK], colours: &[u32; BLOCK], row: &mut TileRow, at: usize) {
-        // SAFETY: both arrays are as long as the loads. The CPU has AVX-512 (see `Avx512`).
+    fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
+        if bits == 0 {
+            return;
+        }
+        let first = from + bits.trailing_zeros() as isize;
+        let last = from + 63 - bits.leading_zeros() as isize;
+        assert!(
+            first >= 0 && (last as usize) < values.len(),
+            "a value that is not there"
+        );
+        for (i, out) in out.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
+            let mask = (bits >> (BLOCK * i)) as u16;
+            // SAFETY: only values whose bit is set are read, and these are there, as was asked above; the pointer is used for nothing
+            // else. `out` has sixteen values. The CPU has AVX-512 (see `Avx512`).
+            unsafe {
+                let before = _mm512_loadu_si512(out.as_ptr().cast());
+                let from = values.as_ptr().wrapping_offset(from + (BLOCK * i) as isize);
+                let after = _mm512_mask_loadu_epi32(before, mask, from.cast());
+                _mm512_storeu_si512(out.as_mut_ptr().cast(), after);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn unpack((words, colours, cache): PackedBlock<'_>, row: &mut TileRow, at: usize) {
+        // SAFETY: the arrays are as long as the loads. The CPU has AVX-512 (see `Avx512`).
         let channels = unsafe {
             let packed = _mm512_loadu_si512(colours.as_ptr().cast());
-            let exponent = _mm512_add_epi32(_mm512_srli_epi32::<27>(packed), _mm512_set1_epi32(127 - 20));
+            let fine = _mm512_loadu_si512(cache.as_ptr().cast());
+            let exponent = _mm512_add_epi32(_mm512_srli_epi32::<27>(packed), _mm512_set1_epi32(127 - 25));
             let unit = _mm512_castsi512_ps(_mm512_slli_epi32::<23>(exponent));
             let words = _mm256_loadu_si256(words.as_ptr().cast());
             let present = _mm256_test_epi16_mask(words, _mm256_set1_epi16(SAMPLE as i16));
             [
-                mantissa(packed, unit),
-                mantissa(_mm512_srli_epi32::<9>(packed), unit),
-                mantissa(_mm512_srli_epi32::<18>(packed), unit),
+                mantissa(_mm512_slli_epi32::<FINE>(packed), fine, unit),
+                mantissa(
+                    _mm512_srli_epi32::<{ 9 - FINE }>(packed),
+                    _mm512_srli_epi32::<FINE>(fine),
+                    unit,
+                ),
+                mantissa(
+                    _mm512_srli_epi32::<{ 18 - FINE }>(packed),
+                    _mm512_srli_epi32::<{ 2 * FINE }>(fine),
+                    unit,
+                ),
                 _mm512_maskz_mov_ps(present, _mm512_set1_ps(1.0)),
             ]
         };

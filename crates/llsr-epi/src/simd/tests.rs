@@ -5,7 +5,7 @@ use llsr_testkit::epi::windows::Stream;
 
 use super::Level;
 use crate::image::EdgePointImage;
-use crate::{EdgeList, Occlusion, Picture, Point, ScreenSegment, Settings};
+use crate::{EdgeList, Occlusion, Picture, Point, SampleValues, ScreenSegment, Settings};
 
 /// Sizes on both sides of words, vectors and tiles.
 const SIZES: [(u32, u32); 10] = [
@@ -48,7 +48,6 @@ fn rebuilt(level: Level, (width, height): (u32, u32), seed: u64, linear: bool) -
             position: unit() * size,
             depth: 1.0 + unit().x,
             colour,
-            tag: 7,
         });
     }
     image.rasterize(&edges, Some(Occlusion::default()));
@@ -63,6 +62,18 @@ fn rebuilt(level: Level, (width, height): (u32, u32), seed: u64, linear: bool) -
         }));
         facts.extend((0..width).map(|x| image.reach_mask(x, y)));
         facts.extend((0..width).map(|x| u32::from(picture.is_coloured(x, y))));
+    }
+    let values: Vec<u32> = (0..width * height).map(|i| i.wrapping_mul(0x9e37_79b9)).collect();
+    let of_samples = SampleValues {
+        values: &values,
+        stride: width as usize,
+    };
+    for band in image.donor_bands(&mut picture, of_samples, 2) {
+        band.run(|row| {
+            facts.extend(row.values);
+            facts.extend(row.complex.iter().map(|&word| word as u32));
+            row.colours.green.iter_mut().for_each(|green| *green *= 0.5);
+        });
     }
     image.filter_complex(&mut picture, |x, y| Vec3::new(x as f32, y as f32, 1.0));
     let colours = (0..height)
@@ -139,7 +150,6 @@ fn all_levels_mark_the_same_crossings() {
                 position: Vec2::new(stream.unit(), stream.unit()) * Vec2::new(width as f32, height as f32),
                 depth: [f32::INFINITY, 0.5 + stream.unit()][usize::from(stream.below(8) > 0)],
                 colour: Vec3::ONE,
-                tag: 0,
             })
             .collect();
         let draw = |level| {

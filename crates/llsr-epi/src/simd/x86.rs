@@ -15,6 +15,7 @@ use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::{BandCrossings, Crossings};
+use crate::donors::{self, SampleValues};
 use crate::edges::EdgeList;
 use crate::interpolate::{self, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
@@ -81,6 +82,13 @@ by_level!(interpolate, interpolate::interpolate::<Avx2>, interpolate::interpolat
     source: Source<'_>,
     scratch: &mut InterpolateScratch,
     band: &mut PictureBand<'_>
+));
+
+by_level!(donate, donors::donate::<Avx2>, donors::donate::<Avx512>, (
+    source: Source<'_>,
+    of_samples: SampleValues<'_>,
+    y: usize,
+    donated: &mut [u32]
 ));
 
 by_level!(antialias, antialias::antialias::<avx2::Words>, antialias::antialias::<avx512::Words>, (

@@ -130,7 +130,6 @@ pub(crate) fn insert(image: &mut EdgePointImage, samples: &[(ScreenSample, f32)]
             position: Vec2::from(sample.position),
             depth: *depth,
             colour: Vec3::from(sample.colour),
-            tag: 0,
         });
     }
 }

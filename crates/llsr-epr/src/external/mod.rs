@@ -330,6 +330,7 @@ impl ExternalShader {
     fn background(&self, request: &ShadeRequest, colour: glam::Vec3) -> ShadedPoint {
         let direction = request.direction.normalize_or_zero();
         ShadedPoint {
+            textured: None,
             id: request.id,
             position: self.world.background(request.origin, direction).as_vec3(),
             normal: (-direction).as_vec3(),

@@ -148,6 +148,7 @@ impl Fields<'_> {
             number => Some(ObjectId(number.parse().ok()?)),
         };
         Some(ShadedPoint {
+            textured: None,
             id,
             position,
             normal,

@@ -3,6 +3,7 @@
 use llsr_epi::{EdgePointImage, Picture, SamplePlanes, Settings};
 
 use crate::frame::patch::{PatchScratch, patch};
+use crate::frame::texture::TextureScratch;
 use crate::frame::{FrameError, FrameRenderer};
 
 /// Interpolates the points of a [`FrameRenderer`] without regard to edges, as the Render Cache does (BWG03, figure 11).
@@ -11,6 +12,7 @@ pub struct BlindInterpolation {
     image: EdgePointImage,
     picture: Picture,
     scratch: PatchScratch,
+    textures: TextureScratch,
 }
 
 impl BlindInterpolation {
@@ -28,6 +30,7 @@ impl BlindInterpolation {
             image: EdgePointImage::new(width, height, settings)?,
             picture: Picture::new(width, height),
             scratch: PatchScratch::default(),
+            textures: TextureScratch::default(),
         })
     }
 
@@ -42,12 +45,14 @@ impl BlindInterpolation {
             region: points.region_plane(),
             depth: points.depth_plane(),
             colour: points.colour_plane(),
+            fine: points.fine_plane(),
         });
         self.image.classify();
         self.image.reach();
         self.image.interpolate(&mut self.picture);
         self.image.fill(&mut self.picture, 4);
         patch(&mut self.picture, &mut self.scratch);
+        renderer.put_textures(&mut self.image, &mut self.picture, &mut self.textures);
         &self.picture
     }
 }

@@ -12,6 +12,7 @@ mod renderer;
 mod settings;
 mod shadows;
 mod share;
+mod texture;
 
 pub use blind::BlindInterpolation;
 pub use camera_path::{CameraPath, CameraPathError};

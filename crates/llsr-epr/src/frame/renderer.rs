@@ -23,6 +23,7 @@ use crate::frame::predict::extrapolate;
 use crate::frame::settings::{FrameReport, FrameSettings, StageTimes};
 use crate::frame::shadows::{ShadowWork, Shadows};
 use crate::frame::share::share;
+use crate::frame::texture::{Shown, TextureScratch, Textures};
 
 /// Object of points of the background.
 const BACKGROUND: u32 = u32::MAX;
@@ -87,6 +88,7 @@ pub struct FrameRenderer {
     edges: SceneEdges,
     shadows: Option<Shadows>,
     occluders: Occluders,
+    textures: Textures,
     /// For each object the samples taken in when one met it last, and all of them.
     seen: Vec<u64>,
     taken: u64,
@@ -130,6 +132,7 @@ struct Scratch {
     chosen: Vec<Request>,
     ahead: Vec<Request>,
     patch: PatchScratch,
+    textures: TextureScratch,
     hidden: HiddenScratch,
     /// Boxes in which something moved since the last frame.
     swept: Vec<Bounds>,
@@ -165,6 +168,11 @@ impl FrameRenderer {
                 Shadows::new(scene, &edges, least)
             }),
             occluders: Occluders::new(scene),
+            textures: if settings.textures {
+                Textures::new(scene)
+            } else {
+                Textures::default()
+            },
             edges,
             seen: vec![0; scene.objects.len()],
             taken: 0,
@@ -280,10 +288,15 @@ impl FrameRenderer {
                 continue;
             }
             let object = point.object.map_or(BACKGROUND, |id| id.0);
+            let textured = point.object.zip(point.textured).and_then(|(object, textured)| {
+                let surface = self.textures.surface(object, textured.triangle)?;
+                Some((textured.plain, surface))
+            });
+            let (colour, surface) = textured.unwrap_or((point.colour, 0));
             let new = Point {
                 position: point.position,
-                colour: point.colour,
-                albedo: point.albedo,
+                colour,
+                surface,
                 object,
                 lights: point.lights,
             };
@@ -459,12 +472,30 @@ impl FrameRenderer {
             filled += self.image.apply(&mut self.picture);
         }
         let (patched, holes) = patch(&mut self.picture, &mut self.scratch.patch);
+        if !self.textures.is_empty() {
+            let shown = Shown {
+                points: &self.points,
+                matrix: &matrix,
+                viewport: self.viewport,
+            };
+            let place = |object| self.edges.transform(object);
+            let pictures = (&mut self.image, &mut self.picture);
+            self.textures
+                .apply(pictures, &shown, place, bands, &mut self.scratch.textures);
+        }
         ms.interpolate = watch.lap();
 
         if self.settings.complex {
+            let textures = &self.scratch.textures;
             share(
                 self.image.complex_bands(&self.picture, bands),
-                &|band: ComplexBand<'_>| band.run(|_, _| Vec3::ONE),
+                &|band: ComplexBand<'_>| {
+                    if self.textures.is_empty() {
+                        band.run(|_, _| Vec3::ONE);
+                    } else {
+                        band.run(|x, y| textures.factor(x, y));
+                    }
+                },
             );
             self.image.apply(&mut self.picture);
         }
@@ -503,6 +534,24 @@ impl FrameRenderer {
         };
         self.coming = Coming::default();
         self.frame += 1;
+    }
+
+    /// Multiplies a picture of the points of the last frame, made by somebody else, by the textures.
+    pub(crate) fn put_textures(
+        &self,
+        image: &mut EdgePointImage,
+        picture: &mut Picture,
+        scratch: &mut TextureScratch,
+    ) {
+        if !self.textures.is_empty() {
+            let shown = Shown {
+                points: &self.points,
+                matrix: &self.camera.view_projection(self.viewport, NEAR),
+                viewport: self.viewport,
+            };
+            let place = |object| self.edges.transform(object);
+            self.textures.apply((image, picture), &shown, place, 1, scratch);
+        }
     }
 
     /// Draws the edges of the list and classifies the pixels.
@@ -646,6 +695,7 @@ fn load_points(image: &mut EdgePointImage, points: &PointImage, depth: &[f32], r
         region,
         depth,
         colour: points.colour_plane(),
+        fine: points.fine_plane(),
     });
 }
 

@@ -23,6 +23,9 @@ pub struct FrameSettings {
     pub kernel: Kernel,
     /// Fit linear functions to the points rather than take their mean ([`llsr_epi::Settings::linear`]).
     pub linear: bool,
+    /// Look textures up for each pixel, where shaders say that colours are light on a texture ([`llsr_shading::Textured`]). Otherwise
+    /// they are interpolated with the light.
+    pub textures: bool,
     /// Rebuild complex pixels in quarters (BWG03 section 5.4).
     pub complex: bool,
     /// Leave out edges that lie behind the points; `None` draws them all.
@@ -58,6 +61,7 @@ impl Default for FrameSettings {
             shadows_apart: false,
             kernel: Kernel::PEAKED,
             linear: true,
+            textures: true,
             complex: true,
             occlusion: Some(Occlusion::default()),
             points_per_pixel: 1.0,

@@ -357,7 +357,6 @@ fn draw_edges(
                 position: glam::Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
                 depth,
                 colour: Vec3::ZERO,
-                tag: 0,
             });
         }
         occlusion = Some(Occlusion::default());

@@ -266,7 +266,7 @@ mod tests {
             let point = Point {
                 position,
                 colour: Vec3::ONE,
-                albedo: Vec3::ONE,
+                surface: 0,
                 object: i as u32 % 7,
                 lights: 1,
             };

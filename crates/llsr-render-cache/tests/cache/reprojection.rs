@@ -57,7 +57,10 @@ fn check(image: &PointImage, store: &PointStore, expected: &Expected) {
             let found = (
                 image.region_plane()[i],
                 image.slot_plane()[i],
-                image.colour_plane()[i],
+                PackedColour {
+                    coarse: image.colour_plane()[i],
+                    fine: image.fine_plane()[i],
+                },
                 image.age_plane()[i],
             );
             let depth = image.depth_plane()[i];
@@ -67,7 +70,7 @@ fn check(image: &PointImage, store: &PointStore, expected: &Expected) {
             {
                 None => assert_eq!(
                     (found, depth),
-                    ((0, NO_SLOT, 0, 0), f32::INFINITY),
+                    ((0, NO_SLOT, PackedColour::default(), 0), f32::INFINITY),
                     "({x}, {y}) is empty"
                 ),
                 Some((region, expected_depth, slot)) => {
@@ -145,6 +148,7 @@ fn parts_give_the_same_bits() {
             assert_eq!(parts.depth_plane(), whole.depth_plane(), "depths");
             assert_eq!(parts.slot_plane(), whole.slot_plane(), "slots");
             assert_eq!(parts.colour_plane(), whole.colour_plane(), "colours");
+            assert_eq!(parts.fine_plane(), whole.fine_plane(), "low bits of colours");
             assert_eq!(parts.age_plane(), whole.age_plane(), "ages");
         }
     }

@@ -46,7 +46,7 @@ pub(crate) fn point(position: Vec3, object: u32) -> Point {
     Point {
         position,
         colour: Vec3::new(1.0, 0.5, 0.25),
-        albedo: Vec3::ONE,
+        surface: 0,
         object,
         lights: 1,
     }

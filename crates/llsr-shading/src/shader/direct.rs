@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use crate::shader::look::{diffuse_radiance, direct_and_met, shade_each};
+use crate::shader::look::{Shaded, direct_and_met, shade_each};
 use crate::shader::world::CurrentStage;
 use crate::shader::{
     Encounters, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
@@ -56,7 +56,7 @@ impl Shader for DirectShader {
             let lights = direct_and_met(world, &direct, surface, hash, scratch, met, |colour, answer| {
                 irradiance += colour * answer.irradiance;
             });
-            (diffuse_radiance(surface, irradiance), lights)
+            Shaded::diffuse(world, surface, irradiance, lights)
         })
     }
 

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::random::mix;
 use crate::shader::gi::{frame, unit};
-use crate::shader::look::{direct_and_met, direct_only, shade_each};
+use crate::shader::look::{Shaded, direct_and_met, direct_only, shade_each};
 use crate::shader::world::CurrentStage;
 use crate::shader::{
     Encounters, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
@@ -230,7 +230,7 @@ impl Shader for GlossyShader {
                 radiance += colour * material.radiance(&answer.lobes);
             });
             radiance += batch.reflected(surface, &material, self.glossy.rays, 0, hash, scratch);
-            (radiance.as_vec3(), lights)
+            Shaded::new(radiance.as_vec3(), lights)
         })
     }
 
@@ -256,6 +256,7 @@ mod tests {
             emission: Vec3::ZERO,
             object: ObjectId(0),
             material: MaterialId(0),
+            textured: None,
         }
     }
 

@@ -6,18 +6,52 @@ use glam::{DVec3, Vec3};
 use llsr_scene::{LightId, ObjectId, Triple};
 
 use crate::random::mix;
-use crate::shader::{Encounters, ShadeRequest, ShadedPoint, ShaderError, ShaderScratch, World};
+use crate::shader::{Encounters, ShadeRequest, ShadedPoint, ShaderError, ShaderScratch, Textured, World};
 use crate::{DirectLight, LightAnswer, Pixel, SurfacePoint};
 
-/// The loop of all shaders: `shade` gives the colour of a surface that a ray meets, and the lights that reach it; it is told
-/// the ray's number, to seed random choices with.
+/// What a surface sends to its viewer.
+pub(crate) struct Shaded {
+    /// Radiance.
+    colour: Vec3,
+    textured: Option<Textured>,
+    /// The lights that reach it.
+    lights: u64,
+}
+
+impl Shaded {
+    /// Of whatever surface.
+    pub(crate) fn new(colour: Vec3, lights: u64) -> Self {
+        Self {
+            colour,
+            textured: None,
+            lights,
+        }
+    }
+
+    /// Of a diffuse surface: its own light, and what it reflects of an irradiance.
+    pub(crate) fn diffuse(world: &World, surface: &SurfacePoint, irradiance: DVec3, lights: u64) -> Self {
+        let reflected = |albedo: Vec3| (albedo.as_dvec3() * irradiance * FRAC_1_PI).as_vec3();
+        let dark = surface.emission == Vec3::ZERO;
+        let textured = surface.textured.filter(|_| dark).map(|triangle| Textured {
+            triangle,
+            plain: reflected(world.plain_albedo(surface.material)),
+        });
+        Self {
+            colour: surface.emission + reflected(surface.albedo),
+            textured,
+            lights,
+        }
+    }
+}
+
+/// The loop of all shaders: `shade` lights a surface that a ray meets; it is told the ray's number, to seed random choices with.
 pub(crate) fn shade_each(
     world: &World,
     requests: &[ShadeRequest],
     seed: u64,
     points: &mut Vec<ShadedPoint>,
     met: &mut Encounters,
-    mut shade: impl FnMut(&SurfacePoint, u64, &mut Encounters) -> (Vec3, u64),
+    mut shade: impl FnMut(&SurfacePoint, u64, &mut Encounters) -> Shaded,
 ) -> Result<(), ShaderError> {
     for request in requests {
         let direction = unit_direction(request)?;
@@ -26,25 +60,20 @@ pub(crate) fn shade_each(
             continue;
         };
         let hash = ray_hash(seed, request.origin, direction);
-        let (colour, lights) = shade(&surface, hash, met);
+        let shaded = shade(&surface, hash, met);
         points.push(ShadedPoint {
             id: request.id,
             position: surface.position.as_vec3(),
             normal: surface.shading_normal.as_vec3(),
             albedo: surface.albedo,
-            colour,
+            colour: shaded.colour,
             object: Some(surface.object),
-            lights,
+            textured: shaded.textured,
+            lights: shaded.lights,
         });
     }
     met.settle();
     Ok(())
-}
-
-/// What a diffuse surface sends to its viewer: its own light, and what it reflects of an irradiance.
-pub(crate) fn diffuse_radiance(surface: &SurfacePoint, irradiance: DVec3) -> Vec3 {
-    let reflected = surface.albedo.as_dvec3() * irradiance * FRAC_1_PI;
-    surface.emission + reflected.as_vec3()
 }
 
 /// The direction of a request as a unit vector.
@@ -80,6 +109,7 @@ fn background(world: &World, request: &ShadeRequest, direction: DVec3) -> Shaded
         albedo: Vec3::ZERO,
         colour: Vec3::ZERO,
         object: None,
+        textured: None,
         lights: 0,
     }
 }

@@ -50,8 +50,20 @@ pub struct ShadedPoint {
     pub colour: Vec3,
     /// The object, or `None` for the background.
     pub object: Option<ObjectId>,
+    /// Set where the colour is that of a texture times the light on it.
+    pub textured: Option<Textured>,
     /// The lights that reach the point, partly or wholly: bit i for all lights whose number is i modulo 64.
     pub lights: u64,
+}
+
+/// A point on a base-colour texture, to which the colour is proportional: who shows it may interpolate the light, and look the
+/// texture up for each pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Textured {
+    /// Triangle of the object's mesh.
+    pub triangle: u32,
+    /// The point's colour if the texture had its [typical colour](llsr_scene::Texture::typical) everywhere.
+    pub plain: Vec3,
 }
 
 /// Computes the colours of rays; BWG03's external shader process.

@@ -8,7 +8,7 @@ use std::fmt;
 use std::sync::{Arc, PoisonError, RwLock};
 
 use glam::{Affine3A, DVec3, Vec3};
-use llsr_scene::{AreaShape, Bounds, Light, LightId, ObjectId, Scene};
+use llsr_scene::{AreaShape, Bounds, Light, LightId, MaterialId, ObjectId, Scene};
 use llsr_tracer::{Hit, MoveError, Tracer, Warning};
 
 use crate::{PreparedLights, Settings, SurfacePoint};
@@ -21,6 +21,8 @@ pub struct World {
     lights: Vec<Light>,
     tracer: Tracer,
     bounds: Bounds,
+    /// Of each material.
+    plain_albedos: Arc<[Vec3]>,
 }
 
 impl World {
@@ -33,6 +35,7 @@ impl World {
             lights: scene.lights.clone(),
             tracer,
             bounds: scene.bounds(),
+            plain_albedos: scene.materials.iter().map(|m| scene.plain_albedo(m)).collect(),
             scene,
         };
         (world, warnings)
@@ -59,6 +62,14 @@ impl World {
     /// If there is no such object.
     pub fn transform(&self, object: ObjectId) -> &Affine3A {
         &self.transforms[object.index()]
+    }
+
+    /// The base colour of a material with the [typical colour](llsr_scene::Texture::typical) of its texture.
+    ///
+    /// # Panics
+    /// If there is no such material.
+    pub fn plain_albedo(&self, material: MaterialId) -> Vec3 {
+        self.plain_albedos[material.index()]
     }
 
     /// A box around the geometry as it stood at first (m, recentred frame).

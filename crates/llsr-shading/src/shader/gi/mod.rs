@@ -41,7 +41,7 @@ use llsr_tracer::Hit;
 use rand_pcg::Pcg64Mcg;
 
 use crate::random::mix;
-use crate::shader::look::{diffuse_radiance, direct_and_met, shade_each};
+use crate::shader::look::{Shaded, direct_and_met, shade_each};
 use crate::shader::world::Stage;
 use crate::shader::{
     Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch, World,
@@ -497,7 +497,7 @@ impl Shader for GiShader {
                 irradiance += colour * answer.irradiance;
             });
             irradiance += batch.indirect(surface, hash, scratch);
-            (diffuse_radiance(surface, irradiance), lights)
+            Shaded::diffuse(world, surface, irradiance, lights)
         })
     }
 
