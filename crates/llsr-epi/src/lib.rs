@@ -34,6 +34,7 @@
 
 mod antialias;
 mod bands;
+mod board;
 mod classify;
 mod code;
 mod colour;

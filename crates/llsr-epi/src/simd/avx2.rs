@@ -8,10 +8,11 @@ use std::arch::x86_64::*;
 
 use glam::Vec3;
 
+use crate::board::Board;
 use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::colour::FINE;
-use crate::complex::{Cells, LANES, Reached, Sums};
+use crate::complex::{self, BLOCKS, Cells, LANES, Reached, Sums, WEIGHTS};
 use crate::fit::Floats;
 use crate::interpolate::{
     BLOCK, Blocks, CHANNELS, MARGIN, Output, PackedBlock, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
@@ -278,33 +279,67 @@ impl Masks for Avx2 {
 }
 
 impl Cells for Avx2 {
-    type Lanes = Words;
+    type Reached = Reached;
+    type Met = [__m256i; 2];
+    type Sums = [__m256; 4];
 
     #[inline(always)]
-    fn lend(reached: &Reached, (a, b): (u64, u64), colour: Vec3, weights: &[f32; LANES], sums: &mut Sums) {
-        // SAFETY: all arrays have eight lanes, and four lie behind `half`; the CPU has AVX2 (see `Avx2`).
+    fn spread(board: &Board, starts: &[u64; LANES]) -> Reached {
+        complex::spread::<Words>(board, starts)
+    }
+
+    #[inline(always)]
+    fn meet(reached: Reached, (a, b): (u64, u64)) -> [__m256i; 2] {
+        // SAFETY: four lanes lie behind either half of the arrays; the CPU has AVX2 (see `Avx2`).
         unsafe {
-            let mut missed = [_mm256_setzero_ps(); 2];
-            for (missed, half) in missed.iter_mut().zip([0, 4]) {
+            let (a, b) = (_mm256_set1_epi64x(a as i64), _mm256_set1_epi64x(b as i64));
+            let mut met = [_mm256_setzero_si256(); 2];
+            for (met, half) in met.iter_mut().zip([0, 4]) {
                 let in_a = _mm256_loadu_si256(reached.a[half..].as_ptr().cast());
                 let in_b = _mm256_loadu_si256(reached.b[half..].as_ptr().cast());
-                let in_a = _mm256_and_si256(in_a, _mm256_set1_epi64x(a as i64));
-                let in_b = _mm256_and_si256(in_b, _mm256_set1_epi64x(b as i64));
-                let miss = _mm256_cmpeq_epi64(_mm256_or_si256(in_a, in_b), _mm256_setzero_si256());
-                *missed = _mm256_castsi256_ps(miss);
+                *met = _mm256_or_si256(_mm256_and_si256(in_a, a), _mm256_and_si256(in_b, b));
             }
-            // One half of each 64-bit mask; shuffling works in 128-bit lanes, so put these in order.
-            let missed = _mm256_shuffle_ps::<0b10_00_10_00>(missed[0], missed[1]);
-            let missed = _mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(missed));
-            let weight = _mm256_andnot_ps(_mm256_castpd_ps(missed), _mm256_loadu_ps(weights.as_ptr()));
-            for (sum, component) in sums.iter_mut().zip([colour.x, colour.y, colour.z, 1.0]) {
-                let lent = _mm256_mul_ps(weight, _mm256_set1_ps(component));
-                _mm256_storeu_ps(
-                    sum.as_mut_ptr(),
-                    _mm256_add_ps(_mm256_loadu_ps(sum.as_ptr()), lent),
-                );
-            }
+            met
         }
+    }
+
+    #[inline(always)]
+    fn nothing() -> Self::Sums {
+        // SAFETY: the CPU has AVX2 (see `Avx2`).
+        unsafe { [_mm256_setzero_ps(); 4] }
+    }
+
+    #[inline(always)]
+    fn lend([low, high]: [__m256i; 2], pixel: usize, colour: Vec3, sums: &mut Self::Sums) {
+        // SAFETY: the weights of a pixel have eight lanes; the CPU has AVX2 (see `Avx2`).
+        unsafe {
+            let block = _mm256_set1_epi64x(BLOCKS[pixel] as i64);
+            let zero = _mm256_setzero_si256();
+            let low = _mm256_cmpeq_epi64(_mm256_and_si256(low, block), zero);
+            let high = _mm256_cmpeq_epi64(_mm256_and_si256(high, block), zero);
+            // One half of each 64-bit mask; shuffling works in 128-bit lanes, so put these in order.
+            let (low, high) = (_mm256_castsi256_ps(low), _mm256_castsi256_ps(high));
+            let missed = _mm256_shuffle_ps::<0b10_00_10_00>(low, high);
+            let missed = _mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(missed));
+            let missed = _mm256_castpd_ps(missed);
+            let weights = _mm256_loadu_ps(WEIGHTS[pixel].as_ptr());
+            let lent = |part| _mm256_andnot_ps(missed, _mm256_mul_ps(weights, _mm256_set1_ps(part)));
+            let [red, green, blue, all] = sums;
+            *red = _mm256_add_ps(*red, lent(colour.x));
+            *green = _mm256_add_ps(*green, lent(colour.y));
+            *blue = _mm256_add_ps(*blue, lent(colour.z));
+            *all = _mm256_add_ps(*all, _mm256_andnot_ps(missed, weights));
+        }
+    }
+
+    #[inline(always)]
+    fn sums(sums: Self::Sums) -> Sums {
+        let mut out = [[0.0; LANES]; 4];
+        for (out, sum) in out.iter_mut().zip(sums) {
+            // SAFETY: eight lanes; the CPU has AVX2 (see `Avx2`).
+            unsafe { _mm256_storeu_ps(out.as_mut_ptr(), sum) };
+        }
+        out
     }
 }
 

@@ -6,12 +6,9 @@
 
 use std::arch::x86_64::*;
 
-use glam::Vec3;
-
 use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::colour::FINE;
-use crate::complex::{Cells, LANES, Reached, Sums};
 use crate::fit::Floats;
 use crate::interpolate::{
     BLOCK, Blocks, CHANNELS, MARGIN, Output, PackedBlock, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
@@ -209,34 +206,6 @@ impl Masks for Avx512 {
             }
         }
         samples
-    }
-}
-
-impl Cells for Avx512 {
-    type Lanes = Words;
-
-    #[inline(always)]
-    fn lend(reached: &Reached, (a, b): (u64, u64), colour: Vec3, weights: &[f32; LANES], sums: &mut Sums) {
-        // SAFETY: all arrays have eight lanes; the CPU has AVX-512 (see `Avx512`).
-        unsafe {
-            let in_a = _mm512_and_si512(
-                _mm512_loadu_si512(reached.a.as_ptr().cast()),
-                _mm512_set1_epi64(a as i64),
-            );
-            let in_b = _mm512_and_si512(
-                _mm512_loadu_si512(reached.b.as_ptr().cast()),
-                _mm512_set1_epi64(b as i64),
-            );
-            let either = _mm512_or_si512(in_a, in_b);
-            let weight = _mm256_maskz_loadu_ps(_mm512_test_epi64_mask(either, either), weights.as_ptr());
-            for (sum, component) in sums.iter_mut().zip([colour.x, colour.y, colour.z, 1.0]) {
-                let lent = _mm256_mul_ps(weight, _mm256_set1_ps(component));
-                _mm256_storeu_ps(
-                    sum.as_mut_ptr(),
-                    _mm256_add_ps(_mm256_loadu_ps(sum.as_ptr()), lent),
-                );
-            }
-        }
     }
 }
 

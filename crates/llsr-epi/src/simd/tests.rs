@@ -22,12 +22,8 @@ const SIZES: [(u32, u32); 10] = [
 ];
 
 /// Everything that the passes leave behind, as bits.
-fn rebuilt(level: Level, (width, height): (u32, u32), seed: u64, linear: bool) -> (Vec<u32>, Vec<u32>) {
+fn rebuilt(level: Level, (width, height): (u32, u32), seed: u64, settings: Settings) -> (Vec<u32>, Vec<u32>) {
     let mut stream = Stream::new(seed);
-    let settings = Settings {
-        linear,
-        ..Settings::default()
-    };
     let mut image = EdgePointImage::with_level(width, height, settings, level).unwrap();
     let mut edges = EdgeList::new(width, height);
     let size = Vec2::new(width as f32, height as f32);
@@ -90,13 +86,17 @@ fn all_levels_give_the_same_bits() {
     println!("levels: {levels:?}");
     let cases = SIZES.into_iter().enumerate();
     for ((seed, size), linear) in cases.flat_map(|case| [(case, false), (case, true)]) {
-        let portable = rebuilt(Level::Portable, size, seed as u64, linear);
+        let settings = Settings {
+            linear,
+            ..Settings::default()
+        };
+        let portable = rebuilt(Level::Portable, size, seed as u64, settings);
         assert!(
             portable.1.iter().any(|&bits| bits != 0),
             "{size:?}: the picture is not black"
         );
         for &level in &levels[1..] {
-            let wide = rebuilt(level, size, seed as u64, linear);
+            let wide = rebuilt(level, size, seed as u64, settings);
             assert_eq!(
                 wide.0, portable.0,
                 "{level:?}, {size:?}: codes, masks, priorities"
@@ -104,6 +104,38 @@ fn all_levels_give_the_same_bits() {
             assert_eq!(wide.1, portable.1, "{level:?}, {size:?}: colours");
         }
     }
+}
+
+#[test]
+fn pixels_without_a_colour_lend_nothing() {
+    // What stands in their place must not matter, not even if it is no number.
+    let mut without = 0;
+    for (level, size) in Level::available()
+        .into_iter()
+        .flat_map(|l| SIZES.map(|size| (l, size)))
+    {
+        let with_fallback = |fallback| {
+            let settings = Settings {
+                fallback,
+                ..Settings::default()
+            };
+            rebuilt(level, size, 5, settings).1
+        };
+        let (black, none) = (with_fallback(Vec3::ZERO), with_fallback(Vec3::NAN));
+        for (&black, &none) in black.iter().zip(&none) {
+            let left_out = f32::from_bits(none).is_nan();
+            assert!(
+                left_out || none == black,
+                "{level:?}, {size:?}: {none:#x}, {black:#x}"
+            );
+            assert!(
+                !left_out || black == 0,
+                "{level:?}, {size:?}: {black:#x} became no number"
+            );
+            without += usize::from(left_out);
+        }
+    }
+    assert!(without > 300, "only {without} components without a colour");
 }
 
 /// A coordinate in the frame around a picture: anywhere, or on a border between eighths, halves or pixels.
