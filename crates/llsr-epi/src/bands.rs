@@ -11,7 +11,6 @@ use crate::donors::{self, DonorRow, SampleValues};
 use crate::edges::EdgeList;
 use crate::image::{EdgePointImage, Scratch, Settings};
 use crate::interpolate::{InterpolateScratch, Source};
-use crate::kernel::Kernel;
 use crate::occlusion::{BandLimits, LimitScratch, Occlusion, SHARED};
 use crate::patch::Patches;
 use crate::picture::{Picture, PictureBand};
@@ -180,13 +179,17 @@ impl EdgePointImage {
     ) -> impl Iterator<Item = FillBand<'a>> {
         self.check(picture);
         let rows = self.prepare(bands);
-        let (classes, reach, kernel) = (&self.classes, &self.reach, &self.settings.kernel);
-        by_rows(&mut self.scratch, rows, self.pixels.height).map(move |(rows, patches)| FillBand {
-            classes,
-            reach,
-            kernel,
+        let level = self.level;
+        let source = fill::Source {
+            classes: &self.classes,
+            reach: &self.reach,
+            kernel: &self.settings.kernel,
             picture,
             blind: false,
+        };
+        by_rows(&mut self.scratch, rows, self.pixels.height).map(move |(rows, patches)| FillBand {
+            level,
+            source,
             rows,
             patches,
         })
@@ -430,11 +433,8 @@ impl DonorBand<'_> {
 /// Rows whose gaps are to be filled; see [`EdgePointImage::fill_bands`].
 #[derive(Debug)]
 pub struct FillBand<'a> {
-    classes: &'a Planes<CLASS_PLANES>,
-    reach: &'a Planes<REACH_PLANES>,
-    kernel: &'a Kernel,
-    picture: &'a Picture,
-    blind: bool,
+    level: Level,
+    source: fill::Source<'a>,
     rows: std::ops::Range<usize>,
     patches: &'a mut Patches,
 }
@@ -442,21 +442,14 @@ pub struct FillBand<'a> {
 impl FillBand<'_> {
     /// Makes the pass one over edges, too: see [`EdgePointImage::fill_blindly`].
     #[must_use]
-    pub fn blind(self) -> Self {
-        Self { blind: true, ..self }
+    pub fn blind(mut self) -> Self {
+        self.source.blind = true;
+        self
     }
 
     /// Does this part of the work.
     pub fn run(self) {
-        fill::fill(
-            self.classes,
-            self.reach,
-            self.kernel,
-            self.picture,
-            self.blind,
-            self.rows,
-            self.patches,
-        );
+        simd::fill(self.level, self.source, self.rows, self.patches);
     }
 }
 

@@ -1,9 +1,11 @@
 //! Colours for pixels that reach no sample: passed on by neighbours.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use crate::antialias::colour;
 use crate::classify::{CLASS_PLANES, COMPLEX};
+use crate::fit::Floats;
+use crate::interpolate::BLOCK;
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
 use crate::patch::Patches;
@@ -11,69 +13,160 @@ use crate::picture::Picture;
 use crate::planes::{Planes, outside_of_last_word};
 use crate::reach::{FORWARD, REACH_PLANES};
 
+/// Neighbours of a pixel.
+const TAPS: usize = 2 * REACH_PLANES;
+
+/// What filling reads.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source<'a> {
+    pub(crate) classes: &'a Planes<CLASS_PLANES>,
+    pub(crate) reach: &'a Planes<REACH_PLANES>,
+    pub(crate) kernel: &'a Kernel,
+    pub(crate) picture: &'a Picture,
+    /// Over edges, too.
+    pub(crate) blind: bool,
+}
+
 /// One pass over some rows: every pixel without a colour takes the filtered colours of the neighbours that it
-/// reaches and that have one; with `blind`, of all that have one.
+/// reaches and that have one; if it is blind, of all that have one.
 ///
-/// Neighbour by neighbour for all holes of a word at once: which holes take a neighbour is one mask, and only those that do
-/// are looked at.
-pub(crate) fn fill(
-    classes: &Planes<CLASS_PLANES>,
-    reach: &Planes<REACH_PLANES>,
-    kernel: &Kernel,
-    picture: &Picture,
-    blind: bool,
+/// Neighbour by neighbour for all holes of a word at once: which holes take a neighbour is one mask. If `wide`, colours are added up for
+/// sixteen pixels at a time, else for each hole; the bits are the same.
+#[inline(always)]
+pub(crate) fn fill<F: Floats>(
+    source: Source<'_>,
+    wide: bool,
     rows: std::ops::Range<usize>,
     patches: &mut Patches,
 ) {
+    let picture = source.picture;
     for y in rows {
-        let row = y as isize;
-        let coloured = picture.coloured.row(row).plane(0);
-        for (word, coloured) in coloured.iter().enumerate().take(classes.words + 1).skip(1) {
+        let coloured = picture.coloured.row(y as isize).plane(0);
+        let words = 1..=source.classes.words;
+        for (word, coloured) in words.clone().zip(&coloured[words]) {
             let mut holes = !coloured;
-            if word == classes.words {
+            if word == source.classes.words {
                 holes &= !outside_of_last_word(picture.width);
             }
             if holes == 0 {
                 continue;
             }
-            let free = if blind {
-                u64::MAX
-            } else {
-                classes.row(row).plane(COMPLEX)[word]
+            let takers = source.takers(word, y, holes);
+            let some = takers.iter().fold(0, |some, takers| some | takers);
+            if some == 0 {
+                continue;
+            }
+            let first = y * picture.stride + (word - 1) * 64;
+            // Neighbours of the first and the last rows may lie beyond the planes.
+            let reach = 2 * picture.stride + 2;
+            if !wide || first < reach || first + 64 + reach > picture.red.len() {
+                source.fill_each(first, &takers, some, patches);
+                continue;
+            }
+            for block in 0..64 / BLOCK {
+                let shift = block * BLOCK;
+                if some >> shift & 0xffff != 0 {
+                    source.fill_block::<F>(first + shift, &takers, shift, patches);
+                }
+            }
+        }
+    }
+}
+
+/// Neighbours in scan order.
+const fn offset(tap: usize) -> (isize, isize) {
+    if tap < REACH_PLANES {
+        let (dx, dy) = FORWARD[REACH_PLANES - 1 - tap];
+        (-dx, -dy)
+    } else {
+        FORWARD[tap - REACH_PLANES]
+    }
+}
+
+impl Source<'_> {
+    /// For each neighbour, which holes of a word take its colour.
+    #[inline(always)]
+    fn takers(self, word: usize, y: usize, holes: u64) -> [u64; TAPS] {
+        let row = y as isize;
+        let free = if self.blind {
+            u64::MAX
+        } else {
+            self.classes.row(row).plane(COMPLEX)[word]
+        };
+        let mut takers = [0; TAPS];
+        for (tap, takers) in takers.iter_mut().enumerate() {
+            // First those whose planes hold the pair, seen from the other end.
+            let (dx, dy) = offset(tap);
+            let reached = match tap.checked_sub(REACH_PLANES) {
+                Some(plane) => self.reach.row(row).plane(plane)[word],
+                None => {
+                    let pairs = self.reach.row(row + dy).plane(REACH_PLANES - 1 - tap);
+                    u64::load_beside(pairs, word, dx)
+                }
             };
-            // Weighted colours and weight of each pixel.
-            let mut sums = [Vec4::ZERO; 64];
-            for tap in 0..2 * REACH_PLANES {
-                // In scan order: first those whose planes hold the pair, seen from the other end.
-                let ((dx, dy), reached) = match tap.checked_sub(REACH_PLANES) {
-                    Some(plane) => (FORWARD[plane], reach.row(row).plane(plane)[word]),
-                    None => {
-                        let plane = REACH_PLANES - 1 - tap;
-                        let (dx, dy) = FORWARD[plane];
-                        let pairs = reach.row(row - dy).plane(plane);
-                        ((-dx, -dy), u64::load_beside(pairs, word, -dx))
-                    }
-                };
-                let there = u64::load_beside(picture.coloured.row(row + dy).plane(0), word, dx);
-                let mut takers = holes & there & (reached | free);
-                let weight = kernel.weight(dx, dy);
-                while takers != 0 {
-                    let bit = takers.trailing_zeros() as usize;
-                    takers &= takers - 1;
-                    let (nx, ny) = ((word - 1) * 64 + bit, y.wrapping_add_signed(dy));
-                    let neighbour = ny * picture.stride + nx.wrapping_add_signed(dx);
-                    sums[bit] += colour(picture, neighbour).extend(1.0) * weight;
-                }
+            let there = u64::load_beside(self.picture.coloured.row(row + dy).plane(0), word, dx);
+            *takers = holes & there & (reached | free);
+        }
+        takers
+    }
+
+    /// Fills `some` holes of the word of pixels that begins at `first`, one taker at a time.
+    #[inline(always)]
+    fn fill_each(self, first: usize, takers: &[u64; TAPS], mut some: u64, patches: &mut Patches) {
+        // Weighted colours and weight of each pixel.
+        let mut sums = [Vec4::ZERO; 64];
+        for (tap, &takers) in takers.iter().enumerate() {
+            let (dx, dy) = offset(tap);
+            let weight = self.kernel.weight(dx, dy);
+            let mut takers = takers;
+            while takers != 0 {
+                let bit = takers.trailing_zeros() as usize;
+                takers &= takers - 1;
+                let step = dy * self.picture.stride as isize + dx;
+                let neighbour = (first + bit).wrapping_add_signed(step);
+                sums[bit] += colour(self.picture, neighbour).extend(1.0) * weight;
             }
-            while holes != 0 {
-                let bit = holes.trailing_zeros() as usize;
-                holes &= holes - 1;
-                let sum = sums[bit];
-                if sum.w > 0.0 {
-                    let x = (word - 1) * 64 + bit;
-                    patches.push(y * picture.stride + x, sum.truncate() / sum.w);
-                }
+        }
+        while some != 0 {
+            let bit = some.trailing_zeros() as usize;
+            some &= some - 1;
+            let sum = sums[bit];
+            if sum.w > 0.0 {
+                patches.push(first + bit, sum.truncate() / sum.w);
             }
+        }
+    }
+
+    /// Fills the holes of the block of pixels that begins at `first`, which is bit `shift` of the takers.
+    #[inline(always)]
+    fn fill_block<F: Floats>(self, first: usize, takers: &[u64; TAPS], shift: usize, patches: &mut Patches) {
+        let Picture { red, green, blue, .. } = self.picture;
+        let zero = F::splat(0.0);
+        let mut sums = [zero; 4];
+        for (tap, &takers) in takers.iter().enumerate() {
+            let bits = (takers >> shift) as u16;
+            if bits == 0 {
+                continue;
+            }
+            let (dx, dy) = offset(tap);
+            let at = first.wrapping_add_signed(dy * self.picture.stride as isize + dx);
+            let weight = F::splat(self.kernel.weight(dx, dy));
+            for (sum, plane) in sums.iter_mut().zip([red, green, blue]) {
+                *sum = sum.plus(F::load_under(bits, plane, at).times(weight));
+            }
+            sums[3] = sums[3].plus(weight.or(bits, zero));
+        }
+        let [red, green, blue, weight] = sums;
+        let mut filled = weight.above(zero);
+        let mut colours = [[0.0; BLOCK]; 3];
+        for (sum, colours) in [red, green, blue].into_iter().zip(&mut colours) {
+            sum.over(weight).store(colours, 0);
+        }
+        let [red, green, blue] = &colours;
+        while filled != 0 {
+            let bit = filled.trailing_zeros() as usize;
+            filled &= filled - 1;
+            patches.push(first + bit, Vec3::new(red[bit], green[bit], blue[bit]));
         }
     }
 }

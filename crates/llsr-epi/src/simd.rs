@@ -26,7 +26,8 @@ use crate::complex;
 use crate::crossings::{BandCrossings, Crossings};
 use crate::donors::{self, SampleValues};
 use crate::edges::EdgeList;
-use crate::interpolate::{self, InterpolateScratch, Source};
+use crate::fill;
+use crate::interpolate::{self, BLOCK, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
 use crate::occlusion::{BandLimits, LimitScratch, Occlusion};
 use crate::patch::Patches;
@@ -177,6 +178,20 @@ pub(crate) fn reach(
         Level::Portable => reach::reach::<u64>(classes, width, rows, scratch, band),
         #[cfg(target_arch = "x86_64")]
         wide => x86::reach(wide, classes, width, rows, scratch, band),
+    }
+}
+
+/// [`fill::fill`] for the given level.
+pub(crate) fn fill(
+    level: Level,
+    source: fill::Source<'_>,
+    rows: std::ops::Range<usize>,
+    patches: &mut Patches,
+) {
+    match level {
+        Level::Portable => fill::fill::<[f32; BLOCK]>(source, false, rows, patches),
+        #[cfg(target_arch = "x86_64")]
+        wide => x86::fill(wide, source, true, rows, patches),
     }
 }
 

@@ -4,6 +4,8 @@
     reason = "calls of functions for instructions that the level says are there"
 )]
 
+use std::arch::x86_64::{__m256, __m512};
+
 use glam::{Mat4, Vec3};
 
 use super::Level;
@@ -17,6 +19,7 @@ use crate::complex;
 use crate::crossings::{BandCrossings, Crossings};
 use crate::donors::{self, SampleValues};
 use crate::edges::EdgeList;
+use crate::fill;
 use crate::interpolate::{self, InterpolateScratch, Source};
 use crate::load::{self, SamplePlanes};
 use crate::occlusion::{BandLimits, LimitScratch, Occlusion};
@@ -89,6 +92,13 @@ by_level!(donate, donors::donate::<Avx2>, donors::donate::<Avx512>, (
     of_samples: SampleValues<'_>,
     y: usize,
     donated: &mut [u32]
+));
+
+by_level!(fill, fill::fill::<[__m256; 2]>, fill::fill::<__m512>, (
+    source: fill::Source<'_>,
+    wide: bool,
+    rows: std::ops::Range<usize>,
+    patches: &mut Patches
 ));
 
 by_level!(antialias, antialias::antialias::<avx2::Words>, antialias::antialias::<avx512::Words>, (
