@@ -11,6 +11,7 @@ use crate::donors::{self, DonorRow, SampleValues};
 use crate::edges::EdgeList;
 use crate::image::{EdgePointImage, Scratch, Settings};
 use crate::interpolate::{InterpolateScratch, Source};
+use crate::kernel::Kernel;
 use crate::occlusion::{BandLimits, LimitScratch, Occlusion, SHARED};
 use crate::patch::Patches;
 use crate::picture::{Picture, PictureBand};
@@ -445,6 +446,13 @@ impl FillBand<'_> {
     pub fn blind(mut self) -> Self {
         self.source.blind = true;
         self
+    }
+
+    /// Makes the pass one over edges that takes the mean of the eight pixels around: see [`EdgePointImage::fill_evenly`].
+    #[must_use]
+    pub fn evenly(mut self) -> Self {
+        self.source.kernel = &Kernel::EVEN;
+        self.blind()
     }
 
     /// Does this part of the work.

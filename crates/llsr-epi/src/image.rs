@@ -289,6 +289,13 @@ impl EdgePointImage {
         }
     }
 
+    /// Gives pixels that are still without a colour the mean of those of the eight pixels around that have one, whatever edges lie
+    /// between. Returns the number of pixels filled; each call goes one pixel farther. Priorities stay.
+    pub fn fill_evenly(&mut self, picture: &mut Picture) -> usize {
+        self.fill_bands(picture, 1).for_each(|band| band.evenly().run());
+        self.apply(picture)
+    }
+
     /// Blends the two sides of the edge in each simple pixel. The last pass: the others want unblended colours.
     pub fn antialias(&mut self, picture: &mut Picture) {
         self.antialias_bands(picture, 1).for_each(|band| band.run());

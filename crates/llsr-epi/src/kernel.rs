@@ -16,6 +16,11 @@ impl Kernel {
         taps: [18.0 / 32.0, 6.0 / 32.0, 1.0 / 32.0],
     };
 
+    /// One for each of the 3x3 pixels, not normalised: what is filtered with it and divided by its weight is their mean.
+    pub(crate) const EVEN: Self = Self {
+        taps: [1.0, 1.0, 0.0],
+    };
+
     /// A filter with the given weights at distance 0, 1 and 2 along each axis, to be normalised.
     ///
     /// None unless all are finite, `centre` and `far` are positive and centre >= near >= far.

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::planes::{BandPlanes, Planes};
+use crate::planes::{BandPlanes, Planes, outside_of_last_word};
 
 /// Priority of a pixel that reaches no sample.
 pub const UNREACHED: u8 = 255;
@@ -96,6 +96,19 @@ impl Picture {
     pub fn is_coloured(&self, x: u32, y: u32) -> bool {
         self.index(x, y);
         self.coloured.row(y as isize).bit(0, x as isize)
+    }
+
+    /// Number of pixels without a colour, as [`is_coloured`](Self::is_coloured) tells them.
+    pub fn uncoloured(&self) -> usize {
+        let words = self.coloured.words;
+        let row = |y: usize| {
+            let coloured = &self.coloured.row(y as isize).plane(0)[1..=words];
+            let zeros: usize = coloured.iter().map(|bits| bits.count_zeros() as usize).sum();
+            // Beyond the picture all count as without.
+            let last = coloured[words - 1] | !outside_of_last_word(self.width);
+            zeros - last.count_zeros() as usize
+        };
+        (0..self.height).map(row).sum()
     }
 
     /// Multiplies each pixel by `factor(x, y)`, row by row: for a picture of irradiance, albedo / pi gives radiance.

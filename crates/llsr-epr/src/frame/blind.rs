@@ -51,7 +51,7 @@ impl BlindInterpolation {
         self.image.reach();
         self.image.interpolate(&mut self.picture);
         self.image.fill(&mut self.picture, 4);
-        patch(&mut self.picture, &mut self.scratch);
+        patch(&mut self.image, &mut self.picture, 1, &mut self.scratch);
         renderer.put_textures(&mut self.image, &mut self.picture, &mut self.textures);
         &self.picture
     }

@@ -471,7 +471,7 @@ impl FrameRenderer {
             share(self.image.fill_bands(&self.picture, bands), &FillBand::run);
             filled += self.image.apply(&mut self.picture);
         }
-        let (patched, holes) = patch(&mut self.picture, &mut self.scratch.patch);
+        let (patched, holes) = patch(&mut self.image, &mut self.picture, bands, &mut self.scratch.patch);
         if !self.textures.is_empty() {
             let shown = Shown {
                 points: &self.points,
