@@ -1,11 +1,13 @@
 //! Where the error of interactive frames sits: FLIP of the last frame of a walk in lockstep, of edge-blind interpolation of the same
-//! points and of one ray a pixel, against 64 rays a pixel, for pixels without an edge, with one and for complex ones.
+//! points and of one ray a pixel, against 64 rays a pixel, for pixels without an edge, with one, for complex ones and for all that
+//! reached no point.
 //!
 //! `cargo run --release -p llsr-epr --example frame_error -- SCENE.glb|demo:NAME [KEY=VALUE]...`; keys: `tube` (MATERIAL=FLUX), `size` (256),
 //! `frames` (60), `samples` (a frame; 1% of the pixels), `stand` (1: the camera stays where the walk ends), `shader` (direct, glossy), `path` (a camera path), `contrast`
 //! (`FrameSettings::shadow_least_contrast`), `linear` (0: means in place of fits), `near` and `far` (taps of
 //! the filter beside 18 in the middle; 6, 1), `points` (a pixel, 1), `ahead`, `ahead_frames`,
-//! `ages` (highest priority by age), `textures` (0: without them), `lookup` (0: textures interpolated with the light), `references` (a folder that keeps the
+//! `ages` (highest priority by age), `textures` (0: without them), `lookup` (0: textures interpolated with the light),
+//! `cull` (0: edges behind points are drawn too), `references` (a folder that keeps the
 //! reference pictures for the next run), `out` (a folder for pictures and heat maps).
 
 use std::path::{Path, PathBuf};
@@ -13,7 +15,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use glam::Vec3;
-use llsr_epi::{Kernel, Picture, PixelClass};
+use llsr_epi::{Kernel, Picture, PixelClass, UNREACHED};
 use llsr_epr::{BlindInterpolation, CameraPath, FrameRenderer, FrameSettings, LockstepRenderer, ray_trace};
 use llsr_io::{Development, Image, LoadOptions, Tone, exposure_for, load_scene, write_png};
 use llsr_metrics::{Options, compare};
@@ -24,7 +26,7 @@ use llsr_shading::{DirectShader, GlossySettings, GlossyShader, Shader, World};
 /// Rays along each side of a pixel of the reference.
 const SIDE: u32 = 8;
 /// Classes of pixels, in the order of the table.
-const CLASSES: [&str; 3] = ["empty", "simple", "complex"];
+const CLASSES: [&str; 4] = ["empty", "simple", "complex", "unreached"];
 
 struct Arguments(Vec<(String, String)>);
 
@@ -145,6 +147,7 @@ fn run(name: &str, arguments: &Arguments) -> Option<()> {
         points_per_pixel: arguments.number("points", default.points_per_pixel.into()) as f32,
         linear: arguments.number("linear", 1.0) != 0.0,
         textures: arguments.number("lookup", 1.0) != 0.0,
+        occlusion: default.occlusion.filter(|_| arguments.number("cull", 1.0) != 0.0),
         kernel: Kernel::new(
             18.0,
             arguments.number("near", 6.0) as f32,
@@ -197,10 +200,14 @@ fn run(name: &str, arguments: &Arguments) -> Option<()> {
     let image = renderer.image();
     let side = size as usize;
     let class: Vec<usize> = (0..side * side)
-        .map(|i| match image.class((i % side) as u32, (i / side) as u32) {
-            PixelClass::Empty => 0,
-            PixelClass::Simple => 1,
-            PixelClass::Complex => 2,
+        .map(|i| {
+            let (x, y) = ((i % side) as u32, (i / side) as u32);
+            match image.class(x, y) {
+                _ if renderer.picture().priorities(y)[i % side] == UNREACHED => 3,
+                PixelClass::Empty => 0,
+                PixelClass::Simple => 1,
+                PixelClass::Complex => 2,
+            }
         })
         .collect();
     let report = renderer.report();
