@@ -16,6 +16,12 @@ impl Kernel {
         taps: [18.0 / 32.0, 6.0 / 32.0, 1.0 / 32.0],
     };
 
+    /// Taps 1 8 36 8 1, for samples that are fitted ([`Settings::linear`](crate::Settings::linear)): their places need no averaging, and what
+    /// bends is bent less.
+    pub const SHARP: Self = Self {
+        taps: [36.0 / 54.0, 8.0 / 54.0, 1.0 / 54.0],
+    };
+
     /// One for each of the 3x3 pixels, not normalised: what is filtered with it and divided by its weight is their mean.
     pub(crate) const EVEN: Self = Self {
         taps: [1.0, 1.0, 0.0],

@@ -5,7 +5,7 @@
 //! `cargo run --release -p llsr-epr --example frame_error -- SCENE.glb|demo:NAME [KEY=VALUE]...`; keys: `tube` (MATERIAL=FLUX), `size` (256),
 //! `frames` (60), `samples` (a frame; 1% of the pixels), `stand` (1: the camera stays where the walk ends), `shader` (direct, glossy), `path` (a camera path), `contrast`
 //! (`FrameSettings::shadow_least_contrast`), `linear` (0: means in place of fits), `near` and `far` (taps of
-//! the filter beside 18 in the middle; 6, 1), `points` (a pixel, 1), `ahead`, `ahead_frames`,
+//! the filter beside 36 in the middle; 8, 1), `points` (a pixel, 1), `ahead`, `ahead_frames`,
 //! `ages` (highest priority by age), `textures` (0: without them), `lookup` (0: textures interpolated with the light),
 //! `cull` (0: edges behind points are drawn too), `references` (a folder that keeps the
 //! reference pictures for the next run), `out` (a folder for pictures and heat maps).
@@ -149,8 +149,8 @@ fn run(name: &str, arguments: &Arguments) -> Option<()> {
         textures: arguments.number("lookup", 1.0) != 0.0,
         occlusion: default.occlusion.filter(|_| arguments.number("cull", 1.0) != 0.0),
         kernel: Kernel::new(
-            18.0,
-            arguments.number("near", 6.0) as f32,
+            36.0,
+            arguments.number("near", 8.0) as f32,
             arguments.number("far", 1.0) as f32,
         )?,
         ahead_share: arguments.number("ahead", default.ahead_share.into()) as f32,

@@ -59,7 +59,7 @@ impl Default for FrameSettings {
             shadow_least_share: 0.3,
             shadow_least_contrast: 0.1,
             shadows_apart: false,
-            kernel: Kernel::PEAKED,
+            kernel: Kernel::SHARP,
             linear: true,
             textures: true,
             complex: true,
