@@ -33,7 +33,8 @@ pub struct ExternalSettings {
     pub scene: String,
     /// The camera and the size of the picture to begin with, for programs that prepare something for them.
     pub view: Option<(Camera, Viewport)>,
-    /// How long the program may take to greet; it may load the scene in that time.
+    /// How long the program may take to greet; it may load the scene in that time. Time in which this process is stopped does not count,
+    /// here and for a batch.
     pub start_timeout: Duration,
     /// How long it may take for a batch.
     pub batch_timeout: Duration,
@@ -223,22 +224,22 @@ impl ExternalShader {
         timeout: Duration,
         mut each: impl FnMut(Answer) -> Result<bool, String>,
     ) -> Result<(), String> {
-        let until = Instant::now() + timeout;
+        let mut patience = Patience::new(timeout, Instant::now());
         link.send(text)?;
         loop {
-            let left = until.saturating_duration_since(Instant::now());
-            let answer = link.receive(left.min(LOOK));
+            // What came while time ran out still counts.
+            let answer = link.receive(patience.left.min(LOOK));
+            let patient = patience.goes_on(Instant::now());
             if self.stopped() {
                 return Err("was stopped".to_owned());
             }
-            let Some(answer) = answer? else {
-                if left <= LOOK {
-                    return Err("did not answer in time".to_owned());
-                }
-                continue;
-            };
-            if each(answer)? {
+            if let Some(answer) = answer?
+                && each(answer)?
+            {
                 return Ok(());
+            }
+            if !patient {
+                return Err("did not answer in time".to_owned());
             }
         }
     }
@@ -342,6 +343,34 @@ impl ExternalShader {
     }
 }
 
+/// How much longer to wait. Only time in which the waiting itself went on counts: two looks that lie far apart say that this process was
+/// stopped, or the whole machine, and the other one with it.
+#[derive(Debug)]
+struct Patience {
+    left: Duration,
+    looked: Instant,
+}
+
+impl Patience {
+    /// What may pass between two looks and count (see [`LOOK`]); of more, so much does.
+    const MOST: Duration = Duration::from_millis(100);
+
+    fn new(all: Duration, now: Instant) -> Self {
+        Self {
+            left: all,
+            looked: now,
+        }
+    }
+
+    /// Is there time left at a look?
+    fn goes_on(&mut self, now: Instant) -> bool {
+        let passed = now.saturating_duration_since(self.looked).min(Self::MOST);
+        self.left = self.left.saturating_sub(passed);
+        self.looked = now;
+        !self.left.is_zero()
+    }
+}
+
 /// Kills a program, or finds it dead. Its streams are closed by whoever holds them.
 fn end_child(mut child: Child) {
     // Reaped too, so that none is left as a zombie.
@@ -438,5 +467,30 @@ impl Drop for ExternalShader {
     fn drop(&mut self) {
         lock(&self.conversation).link = None;
         self.end_peer();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_time_in_which_it_is_looked_counts() {
+        let mut now = Instant::now();
+        let mut patience = Patience::new(Duration::from_secs(2), now);
+        let mut step = |milliseconds| {
+            now += Duration::from_millis(milliseconds);
+            patience.goes_on(now)
+        };
+        assert!((0..39).all(|_| step(50)), "1.95 of 2 seconds");
+        assert!(!step(50), "the last of them");
+        let mut patience = Patience::new(Duration::from_secs(2), now);
+        let mut step = |milliseconds| {
+            now += Duration::from_millis(milliseconds);
+            patience.goes_on(now)
+        };
+        assert!(step(3_600_000), "stopped for an hour");
+        assert!((0..37).all(|_| step(50)), "which counts as a tenth of a second");
+        assert!(!step(50), "and no more");
     }
 }
