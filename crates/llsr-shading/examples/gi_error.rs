@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! cargo run --release -p llsr-shading --example gi_error -- [SCENE [MATERIAL=FLUX]] [points=N] [walks=N] [rays=AxB]
-//!     [tolerance=T] [spacing=S] [levels=N] [then ...]
+//!     [tolerance=T] [spacing=S] [levels=N] [bounces=N] [memory=MIB] [crowd=N] [then ...]
 //! ```
 //!
-//! SCENE is a file or `demo:NAME`; without one, `demo:rooms`. Points are spread over the picture of its first camera. Each `then`
+//! SCENE is a file or `demo:NAME`; without one, `demo:rooms`. Points are spread over the picture of its first camera, and after a `crowd` of others, which say what a point costs. Each `then`
 //! begins another row with settings of its own. One thread.
 //!
 //! The walks share only the tracer and the materials with the shader. Errors are relative root mean squares over the points (root of
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .next_if(|a| !a.contains('=') || a.contains('.'))
         .unwrap_or_else(|| "demo:rooms".into());
     let mut options = LoadOptions::default();
-    let (mut points, mut walks) = (400, 4000);
+    let (mut points, mut walks, mut crowd) = (400, 4000, 16_384);
     let mut rows = vec![GiSettings::default()];
     for argument in arguments {
         let row = rows.last_mut().ok_or("there is a row")?;
@@ -52,6 +52,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some(("points", value)) => points = value.parse()?,
             Some(("walks", value)) => walks = value.parse()?,
             Some(("tolerance", value)) => row.tolerance = value.parse()?,
+            Some(("crowd", value)) => crowd = value.parse()?,
+            Some(("memory", value)) => row.memory = value.parse::<usize>()? << 20,
             Some(("bounces", value)) => row.bounces = value.parse()?,
             Some(("spacing", value)) => row.spacing = value.parse()?,
             Some(("levels", value)) => row.levels = value.parse()?,
@@ -80,11 +82,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         100.0 * noise.sqrt() / level
     );
     println!(
-        "| rays | bounces | tolerance | spacing | levels | records | alone | points, us | error % | median % | bias % |"
+        "| rays | bounces | tolerance | spacing | levels | MiB | made | records | alone | us a point | later | error % | median % | bias % |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for settings in rows {
-        measure(&world, &camera, &references, &settings, level, noise);
+        measure(&world, &camera, &references, &settings, (level, noise), crowd);
     }
     Ok(())
 }
@@ -117,18 +119,22 @@ fn measure(
     camera: &Camera,
     references: &[Reference],
     settings: &GiSettings,
-    level: f64,
-    noise: f64,
+    (level, noise): (f64, f64),
+    crowd: u32,
 ) {
     let shader = GiShader::new(Arc::clone(world), settings);
     let mut scratch = ShaderScratch::default();
     // As in a picture: many points besides those that are compared, so that the cost is that of records and looking up.
-    let crowd: Vec<SurfacePoint> = (0..16_384).filter_map(|n| visible(world, camera, n)).collect();
-    let started = Instant::now();
-    for surface in &crowd {
-        shader.indirect_irradiance(surface, &mut scratch);
-    }
-    let cost = started.elapsed().as_secs_f64() * 1e6 / crowd.len() as f64;
+    let crowd: Vec<SurfacePoint> = (0..crowd).filter_map(|n| visible(world, camera, n)).collect();
+    let timed = |points: &[SurfacePoint], scratch: &mut ShaderScratch| {
+        let started = Instant::now();
+        for surface in points {
+            shader.indirect_irradiance(surface, scratch);
+        }
+        started.elapsed().as_secs_f64() * 1e6 / points.len().max(1) as f64
+    };
+    let (first, last) = crowd.split_at(crowd.len() / 4 * 3);
+    let (early, later) = (timed(first, &mut scratch), timed(last, &mut scratch));
     let got: Vec<f64> = references
         .iter()
         .map(|r| {
@@ -154,14 +160,16 @@ fn measure(
         }
     }
     println!(
-        "| {}x{} | {} | {} | {:.4} | {} | {} | {} | {cost:.1} | {:.2} | {:.2} | {:+.2} |",
+        "| {}x{} | {} | {} | {} | {} | {:.4} | {} | {} | {} | {early:.1} | {later:.1} | {:.2} | {:.2} | {:+.2} |",
         settings.rays[0],
         settings.rays[1],
         settings.bounces,
         settings.tolerance,
         settings.spacing,
         settings.levels,
+        settings.memory >> 20,
         counts.made,
+        counts.records,
         counts.alone,
         100.0 * square.max(0.0).sqrt() / level,
         100.0 * shares[shares.len() / 2],

@@ -94,7 +94,7 @@ impl Default for GiSettings {
             tolerance: 0.3,
             spacing: 1.0 / 32.0,
             levels: 4,
-            memory: 32 << 20,
+            memory: 64 << 20,
             seed: 0,
         }
     }
@@ -136,6 +136,8 @@ pub struct GiShader {
     fan: Fan,
     /// That of far records.
     far_fan: Fan,
+    /// That of points without a record, which err each by itself and are few: fewer rays.
+    alone_fan: Fan,
 }
 
 #[derive(Debug)]
@@ -191,6 +193,11 @@ impl GiShader {
             alone: AtomicU64::new(0),
             fan: Fan {
                 rays: settings.rays,
+                longest: 2.0 * diagonal,
+                asks_far: true,
+            },
+            alone_fan: Fan {
+                rays: settings.rays.map(|count| (count * 5).div_ceil(8).max(2)),
                 longest: 2.0 * diagonal,
                 asks_far: true,
             },
@@ -312,7 +319,7 @@ impl Batch<'_> {
             return sum / weight;
         }
         self.shader.alone.fetch_add(1, Ordering::Relaxed);
-        self.gather(surface, hash, &self.shader.fan, scratch, |_| {})
+        self.gather(surface, hash, &self.shader.alone_fan, scratch, |_| {})
             .irradiance
             .as_dvec3()
     }
