@@ -53,7 +53,12 @@ pub struct EdgeList {
     pub(crate) ends: Vec<[i32; 4]>,
     /// Depth keys of the ends: -1 / depth, which grows with the depth and is linear on the screen.
     pub(crate) keys: Vec<[f32; 2]>,
+    /// Number of edges that cross no line and so are not listed: wholly between two neighbouring half-pixel lines of either kind.
+    pub(crate) between: usize,
 }
+
+/// The bits of a coordinate in grid units that tell between which half-pixel lines it lies.
+pub(crate) const LINE_BITS: i32 = -(UNITS / 2);
 
 impl EdgeList {
     /// An empty list for pictures of the given size in pixels.
@@ -74,16 +79,17 @@ impl EdgeList {
     pub fn clear(&mut self) {
         self.ends.clear();
         self.keys.clear();
+        self.between = 0;
     }
 
     /// Number of edges kept: those with a part in or next to the picture.
     pub fn len(&self) -> usize {
-        self.ends.len()
+        self.ends.len() + self.between
     }
 
     /// True if no edge was kept.
     pub fn is_empty(&self) -> bool {
-        self.ends.is_empty()
+        self.len() == 0
     }
 
     /// Adds a projected edge; parts outside the picture are cut off, one that is not finite is left out.
@@ -212,7 +218,12 @@ impl EdgeList {
     /// Adds an edge whose ends lie in the frame.
     #[inline]
     fn push_snapped(&mut self, a: [f64; 2], b: [f64; 2], keys: [f32; 2]) {
-        self.ends.push([snap(a[0]), snap(a[1]), snap(b[0]), snap(b[1])]);
+        let [x0, y0, x1, y1] = [snap(a[0]), snap(a[1]), snap(b[0]), snap(b[1])];
+        if (x0 ^ x1 | y0 ^ y1) & LINE_BITS == 0 {
+            self.between += 1;
+            return;
+        }
+        self.ends.push([x0, y0, x1, y1]);
         self.keys.push(keys);
     }
 }

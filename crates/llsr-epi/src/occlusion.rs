@@ -164,9 +164,15 @@ impl BandLimits<'_> {
             let Some(bounds) = self.bounds.get(row / CELL * self.cells..) else {
                 continue;
             };
-            for (keys, &bound) in keys.chunks_mut(CELL / SHARED).zip(bounds) {
-                // Keys of numbers that are not positive grow towards the eye; without a limit the key is below them all.
-                keys.iter_mut().for_each(|key| *key = (*key).max(bound));
+            // Keys of numbers that are not positive grow towards the eye; without a limit the key is below them all. Two keys at a time, so
+            // that many are done at once; the last column may have but one.
+            let (pairs, last) = keys.as_chunks_mut::<{ CELL / SHARED }>();
+            for ([left, right], &bound) in pairs.iter_mut().zip(bounds) {
+                *left = (*left).max(bound);
+                *right = (*right).max(bound);
+            }
+            if let (Some(key), Some(&bound)) = (last.first_mut(), bounds.get(self.columns / 2)) {
+                *key = (*key).max(bound);
             }
         }
     }

@@ -218,7 +218,7 @@ fn all_levels_mark_the_same_crossings() {
 #[test]
 fn edges_projected_together_are_those_projected_one_by_one() {
     let mut stream = Stream::new(72);
-    let (mut kept, mut cut) = (0, 0);
+    let (mut kept, mut short, mut cut) = (0, 0, 0);
     for round in 0..60 {
         let (width, height) = SIZES[round % 10];
         let mut unit = || 2.0 * stream.unit() - 1.0;
@@ -244,7 +244,7 @@ fn edges_projected_together_are_those_projected_one_by_one() {
             let both = list.ends.iter().zip(&list.keys);
             let mut facts: Vec<_> = both.map(|(&ends, keys)| (ends, keys.map(f32::to_bits))).collect();
             facts.sort_unstable();
-            facts
+            (facts, list.len())
         };
         let mut together = EdgeList::new(width, height);
         together.extend_world(&matrix, &segments);
@@ -259,9 +259,13 @@ fn edges_projected_together_are_those_projected_one_by_one() {
             "round {round}: {width}x{height}"
         );
         kept += single.len();
+        short += single.between;
         let border = |p: i32, size: u32| p == -512 || p == (size as i32 + 2) * 256;
         let at_border = |e: &&[i32; 4]| border(e[0].max(e[2]), width) || border(e[1].min(e[3]), height);
         cut += single.ends.iter().filter(at_border).count();
     }
-    assert!(kept > 2000 && cut > 200, "{kept} edges kept, {cut} of them cut");
+    assert!(
+        kept > 2000 && short > 20 && cut > 200,
+        "{kept} edges kept, {short} of them between lines, {cut} cut"
+    );
 }

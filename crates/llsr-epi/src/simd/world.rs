@@ -5,7 +5,7 @@ use std::arch::x86_64::*;
 
 use glam::{Mat4, Vec3};
 
-use crate::edges::{EdgeList, NEAREST, ROUND, UNITS};
+use crate::edges::{EdgeList, LINE_BITS, NEAREST, ROUND, UNITS};
 
 /// Edges projected together.
 const LANES: usize = 16;
@@ -177,8 +177,12 @@ fn key(w: __m512) -> __m512i {
 #[inline]
 #[target_feature(enable = "avx512f,popcnt")]
 fn push(list: &mut EdgeList, which: u16, ends: [[__m512i; 2]; 2], keys: [__m512i; 2]) {
-    let chosen = |numbers| _mm512_maskz_compress_epi32(which, numbers);
     let [[x0, y0], [x1, y1]] = ends;
+    let moved = _mm512_or_si512(_mm512_xor_si512(x0, x1), _mm512_xor_si512(y0, y1));
+    let crossing = _mm512_mask_test_epi32_mask(which, moved, _mm512_set1_epi32(LINE_BITS));
+    list.between += (which & !crossing).count_ones() as usize;
+    let which = crossing;
+    let chosen = |numbers| _mm512_maskz_compress_epi32(which, numbers);
     let pairs = [[chosen(x0), chosen(y0)], [chosen(x1), chosen(y1)]];
     let [near, far] = keys.map(chosen);
     let (mut all, mut depths) = ([[0; 4]; LANES], [[0.0; 2]; LANES]);

@@ -147,18 +147,23 @@ impl HiddenScratch {
             for (block, (own, least)) in own.chunks(64).zip(least.chunks(64)).enumerate() {
                 let jump =
                     |own: f32, least: f32| (own < f32::INFINITY) & (own * (1.0 - OTHER_OBJECT) > least);
-                // Most pixels see no jump of depth: asked for many at once.
-                let any = own
-                    .iter()
-                    .zip(least)
-                    .fold(false, |any, (&own, &least)| any | jump(own, least));
-                if !any {
+                // Most pixels see no jump of depth: asked for many at once, and where there is one for few.
+                let any = |own: &[f32], least: &[f32]| {
+                    let pairs = own.iter().zip(least);
+                    pairs.fold(false, |any, (&own, &least)| any | jump(own, least))
+                };
+                if !any(own, least) {
                     continue;
                 }
-                for (i, (&own, &least)) in own.iter().zip(least).enumerate() {
-                    let x = block * 64 + i;
-                    if jump(own, least) && is_hidden(image, points, store, (x, y), own) {
-                        self.hidden.push((x as u32, y as u32));
+                for (part, (own, least)) in own.chunks(8).zip(least.chunks(8)).enumerate() {
+                    if !any(own, least) {
+                        continue;
+                    }
+                    for (i, (&own, &least)) in own.iter().zip(least).enumerate() {
+                        let x = block * 64 + part * 8 + i;
+                        if jump(own, least) && is_hidden(image, points, store, (x, y), own) {
+                            self.hidden.push((x as u32, y as u32));
+                        }
                     }
                 }
             }
