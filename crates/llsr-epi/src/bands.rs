@@ -76,6 +76,7 @@ impl EdgePointImage {
                 limits,
                 scratch,
                 crossings,
+                whole: false,
             })
     }
 
@@ -328,15 +329,25 @@ pub struct RasterizeBand<'a> {
     limits: BandLimits<'a>,
     scratch: &'a mut LimitScratch,
     crossings: BandCrossings<'a>,
+    whole: bool,
 }
 
 impl RasterizeBand<'_> {
+    /// Leaves out the half-pixel lines ([`Settings::half_lines`](crate::Settings::half_lines)): classes and reachability do without.
+    #[must_use]
+    pub fn whole_lines(self) -> Self {
+        Self { whole: true, ..self }
+    }
+
     /// Does this part of the work.
     pub fn run(mut self) {
         if let Some(occlusion) = self.occlusion {
             simd::update_limits(self.level, &mut self.limits, self.pixels, occlusion, self.scratch);
         }
         self.crossings.clear();
+        if self.whole {
+            self.crossings = self.crossings.whole_lines();
+        }
         let limits = self.occlusion.map(|_| &self.limits);
         simd::mark(self.level, self.edges, limits, &mut self.crossings);
     }

@@ -361,21 +361,37 @@ fn gather<C: Cells>(
     }
     if samples != 0 {
         let index = |i: usize| (y + i / 3 - 1) * stride + x + i % 3 - 1;
-        let mut lending = (0, 0);
-        for i in bits(samples) {
+        let place = |i: usize| {
             let position = u32::from(pixels.words[index(i)] >> POSITION_SHIFT & 15);
-            let (column, row) = (position % 4, position / 4);
-            let cell = UPPER_LEFT_CELLS[i] + 8 * (row / 2) + column / 2;
-            let sides = CellSides::of(source.crossings, x + i % 3 - 1, y + i / 3 - 1);
-            let code = sides.code((column / 2) as usize, (row / 2) as usize);
-            let (a, b) = sample_region(board, code, cell, 2 * (row % 2) + column % 2);
-            lending = (lending.0 | a, lending.1 | b);
+            (position % 4, position / 4)
+        };
+        let cell = |i: usize, (column, row): (u32, u32)| UPPER_LEFT_CELLS[i] + 8 * (row / 2) + column / 2;
+        // Most lie in cells that are complex themselves, and lend nothing.
+        let all = bits(samples).fold(0, |all, i| all | 1u64 << cell(i, place(i)));
+        let usable = all & !board.complex;
+        if usable == 0 {
+            return sums;
+        }
+        let mut lending = (usable & !board.simple, 0);
+        if usable & board.simple != 0 {
+            for i in bits(samples) {
+                let (column, row) = place(i);
+                let bit = usable & board.simple & 1 << cell(i, (column, row));
+                let sides = CellSides::of(source.crossings, x + i % 3 - 1, y + i / 3 - 1);
+                let code = sides.code((column / 2) as usize, (row / 2) as usize);
+                match tables::HALF_SIDE[code] >> (2 * (2 * (row % 2) + column % 2)) & 3 {
+                    1 => lending.0 |= bit,
+                    2 => lending.1 |= bit,
+                    _ => {}
+                }
+            }
         }
         let met = C::meet(reached, lending);
         for i in bits(samples) {
-            let factor = factor((x + i % 3 - 1) as u32, (y + i / 3 - 1) as u32);
-            let colour = pixels.colour(index(i)) * factor;
-            C::lend(met, i, colour, &mut sums);
+            if (lending.0 | lending.1) & BLOCKS[i] != 0 {
+                let factor = factor((x + i % 3 - 1) as u32, (y + i / 3 - 1) as u32);
+                C::lend(met, i, pixels.colour(index(i)) * factor, &mut sums);
+            }
         }
     }
     sums
@@ -389,23 +405,6 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
         mask &= mask.wrapping_sub(1);
         bit
     })
-}
-
-/// The region of a cell, of the given code if it is simple, in which the sample at `position` (row * 2 + column) of it lies; none if complex or ambiguous.
-#[inline(always)]
-fn sample_region(board: &Board, code: usize, cell: u32, position: u32) -> (u64, u64) {
-    let bit = 1u64 << cell;
-    if board.complex & bit != 0 {
-        return (0, 0);
-    }
-    if board.simple & bit == 0 {
-        return (bit, 0);
-    }
-    match tables::HALF_SIDE[code] >> (2 * position) & 3 {
-        1 => (bit, 0),
-        2 => (0, bit),
-        _ => (0, 0),
-    }
 }
 
 /// The form that runs anywhere.

@@ -77,6 +77,7 @@ impl Crossings {
                 width,
                 lines,
                 stride,
+                pitch: stride + 1,
                 first_row,
                 end_row,
                 horizontal: band,
@@ -91,7 +92,9 @@ impl Crossings {
 pub(crate) struct BandCrossings<'a> {
     pub(crate) width: usize,
     pub(crate) lines: usize,
+    /// Bytes from one horizontal line to the next, and from one row of vertical lines to the next.
     pub(crate) stride: usize,
+    pub(crate) pitch: usize,
     pub(crate) first_row: usize,
     pub(crate) end_row: usize,
     /// Horizontal lines of the rows, from the one above the first; in the last band also the lower border of the picture.
@@ -100,6 +103,22 @@ pub(crate) struct BandCrossings<'a> {
 }
 
 impl BandCrossings<'_> {
+    /// Number of horizontal lines.
+    pub(crate) fn horizontal_lines(&self) -> usize {
+        // Where half-pixel lines are left out, the border of the picture has no other line behind it.
+        self.horizontal.len().div_ceil(self.stride)
+    }
+
+    /// The same without the half-pixel lines.
+    pub(crate) fn whole_lines(self) -> Self {
+        Self {
+            stride: self.lines * self.stride,
+            pitch: self.lines * self.pitch,
+            lines: 1,
+            ..self
+        }
+    }
+
     pub(crate) fn clear(&mut self) {
         self.horizontal.fill(0);
         self.vertical.fill(0);

@@ -44,10 +44,10 @@ fn mark_all<const SPACING: u32>(
 ) {
     let lines = (UNITS >> SPACING) as usize;
     let (first_row, end_row) = (band.first_row, band.end_row);
-    let (stride, width) = (band.stride, band.width);
+    let (stride, pitch, width) = (band.stride, band.pitch, band.width);
     let (top, bottom) = ((first_row as i32) * UNITS, (end_row as i32) * UNITS);
     let first_line = (first_row * lines) as i32;
-    let end_line = first_line + (band.horizontal.len() / stride) as i32;
+    let end_line = first_line + band.horizontal_lines() as i32;
     let end_column = (width * lines) as i32 + 1;
     for (i, &[x0, y0, x1, y1]) in edges.ends.iter().enumerate() {
         let (low, high) = (y0.min(y1), y0.max(y1));
@@ -77,7 +77,7 @@ fn mark_all<const SPACING: u32>(
                 let (y, x) = ((eighth >> 3) as usize, line as usize / lines);
                 if y >= first_row && y < end_row && !hidden(i, t, x.min(width - 1), y) {
                     let row = (y - first_row) * lines + line as usize % lines;
-                    band.vertical[row * (stride + 1) + x] |= 1 << (eighth & 7);
+                    band.vertical[row * pitch + x] |= 1 << (eighth & 7);
                 }
             }
         }

@@ -42,7 +42,8 @@ struct Axis<'a> {
     /// First row and the one after the last.
     rows: (i32, i32),
     width: i32,
-    stride: i32,
+    /// Bytes from one horizontal line, or one row of vertical lines, to the next.
+    pitch: i32,
     /// Columns of limits.
     columns: i32,
     /// Mask of the numbers of limits.
@@ -73,7 +74,7 @@ pub(crate) fn mark(edges: &EdgeList, limits: Option<&BandLimits<'_>>, band: &mut
     let lines = band.lines as i32;
     let rows = (band.first_row as i32, band.end_row as i32);
     let first_line = rows.0 * lines;
-    let end_line = first_line + (band.horizontal.len() / band.stride) as i32;
+    let end_line = first_line + band.horizontal_lines() as i32;
     let (columns, limits) = limits.map_or((0, &[NO_LIMIT][..]), BandLimits::columns_and_keys);
     let mut across = Axis {
         horizontal: true,
@@ -81,7 +82,7 @@ pub(crate) fn mark(edges: &EdgeList, limits: Option<&BandLimits<'_>>, band: &mut
         lines: (first_line, end_line),
         rows,
         width: band.width as i32,
-        stride: band.stride as i32,
+        pitch: band.stride as i32,
         columns: columns as i32,
         cells: if columns > 0 { -1 } else { 0 },
         limits,
@@ -91,6 +92,7 @@ pub(crate) fn mark(edges: &EdgeList, limits: Option<&BandLimits<'_>>, band: &mut
     let mut down = Axis {
         horizontal: false,
         lines: (0, band.width as i32 * lines + 1),
+        pitch: band.pitch as i32,
         bytes: band.vertical,
         waiting: Waiting::NONE,
         ..across
@@ -373,14 +375,14 @@ impl Axis<'_> {
                 _mm512_min_epi32(_mm512_sub_epi32(whole, set(self.rows.0)), last),
             );
             let line = _mm512_sub_epi32(line, set(self.lines.0));
-            byte = _mm512_add_epi32(_mm512_mullo_epi32(line, set(self.stride)), pixel);
+            byte = _mm512_add_epi32(_mm512_mullo_epi32(line, set(self.pitch)), pixel);
         } else {
             row = _mm512_sub_epi32(pixel, set(self.rows.0));
             inside = _mm512_cmplt_epu32_mask(row, set(self.rows.1 - self.rows.0));
             x = _mm512_min_epi32(whole, set(self.width - 1));
             let half = _mm512_and_si512(line, set((1 << self.half_lines) - 1));
             let line = _mm512_add_epi32(_mm512_sll_epi32(row, half_lines), half);
-            byte = _mm512_add_epi32(_mm512_mullo_epi32(line, set(self.stride + 1)), whole);
+            byte = _mm512_add_epi32(_mm512_mullo_epi32(line, set(self.pitch)), whole);
         }
         let cell = _mm512_add_epi32(
             _mm512_mullo_epi32(_mm512_srli_epi32::<SHARED_SHIFT>(row), set(self.columns)),

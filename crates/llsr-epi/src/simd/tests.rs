@@ -200,7 +200,37 @@ fn all_levels_mark_the_same_crossings() {
             image
                 .rasterize_bands(&edges, occlusion, bands)
                 .for_each(|band| band.run());
-            (image.crossings.horizontal, image.crossings.vertical)
+            let all = (
+                image.crossings.horizontal.clone(),
+                image.crossings.vertical.clone(),
+            );
+            image
+                .rasterize_bands(&edges, occlusion, bands)
+                .for_each(|band| band.whole_lines().run());
+            for y in 0..=height {
+                let start = y as usize * image.crossings.lines * image.crossings.stride;
+                let line = start..start + width as usize;
+                assert!(
+                    image.crossings.above(y as usize)[..width as usize] == all.0[line],
+                    "{level:?}, round {round}, line {y}: whole lines are those among all"
+                );
+            }
+            for y in 0..height as usize {
+                let start = y * image.crossings.lines * (image.crossings.stride + 1);
+                let line = start..start + width as usize + 1;
+                assert!(
+                    image.crossings.left(y)[..width as usize + 1] == all.1[line],
+                    "{level:?}, round {round}, row {y}: whole lines are those among all"
+                );
+                if half_lines {
+                    let none = |line: &[u8]| line.iter().all(|&byte| byte == 0);
+                    assert!(
+                        none(image.crossings.through(y)) && none(image.crossings.middle(y)),
+                        "{level:?}, round {round}, row {y}: no half-pixel lines"
+                    );
+                }
+            }
+            all
         };
         let portable = draw(Level::Portable);
         marked += portable.0.iter().filter(|&&byte| byte != 0).count();

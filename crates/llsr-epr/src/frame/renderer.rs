@@ -441,7 +441,8 @@ impl FrameRenderer {
         let (depth, region) = self.scratch.hidden.least_depths(&self.points);
         load_points(&mut self.image, &self.points, depth, region);
         ms.points += watch.lap();
-        self.rasterize(bands);
+        // Of the view edges only classes and reachability are wanted so far.
+        self.rasterize(bands, true);
         ms.rasterize += watch.lap();
         share(self.image.reach_bands(bands), &ReachBand::run);
         ms.reach = watch.lap();
@@ -457,7 +458,7 @@ impl FrameRenderer {
         let shadow_edges = self.shadows.as_ref().map_or(&[][..], Shadows::segments);
         let shadow_edge_count = shadow_edges.len();
         self.list.extend_world(&matrix, shadow_edges);
-        self.rasterize(bands);
+        self.rasterize(bands, false);
         ms.rasterize += watch.lap();
         share(self.image.reach_bands(bands), &ReachBand::run);
         ms.reach += watch.lap();
@@ -554,12 +555,18 @@ impl FrameRenderer {
         }
     }
 
-    /// Draws the edges of the list and classifies the pixels.
-    fn rasterize(&mut self, bands: usize) {
+    /// Draws the edges of the list, with half-pixel lines or without, and classifies the pixels.
+    fn rasterize(&mut self, bands: usize, whole_lines: bool) {
         let occlusion = self.settings.occlusion;
         share(
             self.image.rasterize_bands(&self.list, occlusion, bands),
-            &RasterizeBand::run,
+            &|band: RasterizeBand<'_>| {
+                if whole_lines {
+                    band.whole_lines().run();
+                } else {
+                    band.run();
+                }
+            },
         );
         share(self.image.classify_bands(bands), &ClassifyBand::run);
     }
