@@ -182,9 +182,10 @@ impl EdgePointImage {
         self.check(picture);
         let rows = self.prepare(bands);
         let level = self.level;
+        let (reach, kept) = (&self.reach, self.kept.as_ref());
         let source = fill::Source {
             classes: &self.classes,
-            reach: &self.reach,
+            reach,
             kernel: &self.settings.kernel,
             picture,
             blind: false,
@@ -192,6 +193,7 @@ impl EdgePointImage {
         by_rows(&mut self.scratch, rows, self.pixels.height).map(move |(rows, patches)| FillBand {
             level,
             source,
+            kept: kept.unwrap_or(reach),
             rows,
             patches,
         })
@@ -447,6 +449,7 @@ impl DonorBand<'_> {
 pub struct FillBand<'a> {
     level: Level,
     source: fill::Source<'a>,
+    kept: &'a Planes<REACH_PLANES>,
     rows: std::ops::Range<usize>,
     patches: &'a mut Patches,
 }
@@ -456,6 +459,13 @@ impl FillBand<'_> {
     #[must_use]
     pub fn blind(mut self) -> Self {
         self.source.blind = true;
+        self
+    }
+
+    /// Makes the pass one over what was reachable when it was [kept](EdgePointImage::keep_reach), if ever it was.
+    #[must_use]
+    pub fn kept(mut self) -> Self {
+        self.source.reach = self.kept;
         self
     }
 

@@ -118,6 +118,8 @@ pub struct EdgePointImage {
     pub(crate) pixels: Pixels,
     pub(crate) classes: Planes<CLASS_PLANES>,
     pub(crate) reach: Planes<REACH_PLANES>,
+    /// What was reachable when [`keep_reach`](Self::keep_reach) was called.
+    pub(crate) kept: Option<Planes<REACH_PLANES>>,
     pub(crate) limits: DepthLimits,
     /// One for each band.
     pub(crate) scratch: Vec<Scratch>,
@@ -152,6 +154,7 @@ impl EdgePointImage {
             pixels: Pixels::new(w, h),
             classes,
             reach: Planes::new(w, h),
+            kept: None,
             limits: DepthLimits::new(w, h),
             scratch: Vec::new(),
         })
@@ -246,6 +249,17 @@ impl EdgePointImage {
     /// Works out what is reachable.
     pub fn reach(&mut self) {
         self.reach_bands(1).for_each(|band| band.run());
+    }
+
+    /// Keeps what is reachable now for passes over [kept](crate::FillBand::kept) reach, until this is called again;
+    /// [`reach`](Self::reach) has to be called anew.
+    ///
+    /// For images that are drawn twice, with some of the edges first: what is cut off by all of them may take its colour from where only
+    /// the others lie between. Three bytes a pixel from the first call on.
+    pub fn keep_reach(&mut self) {
+        let (width, height) = (self.pixels.width, self.pixels.height);
+        let kept = self.kept.get_or_insert_with(|| Planes::new(width, height));
+        std::mem::swap(&mut self.reach, kept);
     }
 
     /// Interpolates the samples that each pixel reaches.

@@ -406,3 +406,57 @@ fn blind_filling_leaves_no_pixel_without_a_colour_and_touches_no_other() {
     }
     assert!(filled > 100, "{filled} pixels filled");
 }
+
+#[test]
+fn what_all_edges_cut_off_takes_colours_from_where_some_do_not() {
+    // A dark left half and a bright right half with an outline between them; on the right a strip that another edge cuts off holds
+    // no sample.
+    let (width, height) = (24u32, 9u32);
+    let vertical = |x: f32| ScreenSegment {
+        a: Vec2::new(x, -1.0),
+        b: Vec2::new(x, 10.0),
+        depth_a: 1.0,
+        depth_b: 1.0,
+    };
+    let mut image = EdgePointImage::new(width, height, Settings::default()).unwrap();
+    for y in 0..height {
+        for x in (0..width).filter(|&x| !(9..14).contains(&x)) {
+            image.insert(&Point {
+                position: Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
+                depth: 1.0,
+                colour: if x < 12 { Vec3::X } else { Vec3::Y },
+            });
+        }
+    }
+    let mut picture = Picture::new(width, height);
+    let mut run = |keep: bool| {
+        let mut list = EdgeList::new(width, height);
+        list.push(vertical(9.5));
+        image.rasterize(&list, None);
+        image.classify();
+        image.reach();
+        if keep {
+            image.keep_reach();
+        }
+        list.push(vertical(13.5));
+        image.rasterize(&list, None);
+        image.classify();
+        image.reach();
+        image.interpolate(&mut picture);
+        image.fill(&mut picture, 4);
+        assert!(!picture.is_coloured(11, 4), "all edges together cut it off");
+        for _ in 0..4 {
+            image.fill_bands(&picture, 2).for_each(|band| band.kept().run());
+            image.apply(&mut picture);
+        }
+        [9, 10, 11, 12, 13].map(|x| picture.is_coloured(x, 4).then(|| picture.pixel(x, 4)))
+    };
+    let without = run(false);
+    assert_eq!(without[1..4], [None; 3], "nothing was kept");
+    let with = run(true);
+    assert_eq!(
+        with[1..4],
+        [Some(Vec3::Y); 3],
+        "light from the right, never from over the outline"
+    );
+}

@@ -450,6 +450,7 @@ impl FrameRenderer {
             .scratch
             .hidden
             .discard(&self.image, &mut self.points, &mut self.store);
+        self.image.keep_reach();
 
         // From here on with shadows too: a jump of depth is not theirs.
         let (depth, region) = (self.points.depth_plane(), self.points.region_plane());
@@ -470,6 +471,15 @@ impl FrameRenderer {
         let mut filled = 0;
         for _ in 0..FILL_PASSES {
             share(self.image.fill_bands(&self.picture, bands), &FillBand::run);
+            filled += self.image.apply(&mut self.picture);
+        }
+        // What shadow edges cut off takes light from the same surface first.
+        for _ in 0..FILL_PASSES {
+            share(self.image.fill_bands(&self.picture, bands), &|band: FillBand<
+                '_,
+            >| {
+                band.kept().run();
+            });
             filled += self.image.apply(&mut self.picture);
         }
         let (patched, holes) = patch(&mut self.image, &mut self.picture, bands, &mut self.scratch.patch);
