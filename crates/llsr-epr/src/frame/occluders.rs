@@ -274,13 +274,20 @@ impl Outline {
             // The corner of a cell where the piece is farthest away.
             let far_row = row as f64 + if inverse.y < 0.0 { 1.0 } else { 0.0 };
             let far_column = if inverse.x < 0.0 { 1.0 } else { 0.0 };
-            for column in left..right {
-                let at = inverse.x * (column as f64 + far_column) + inverse.y * far_row + inverse.z;
+            let row_part = inverse.y * far_row;
+            let Some(cells) = depths[row * columns..][..columns].get_mut(left..right) else {
+                continue;
+            };
+            // Without branches, so that several are divided at once.
+            for (i, least) in cells.iter_mut().enumerate() {
+                let column = f64::from(left as i32 + i as i32);
+                let at = inverse.x * (column + far_column) + row_part + inverse.z;
                 let depth = ((1.0 + SLACK) / at) as f32;
-                let least = &mut depths[row * columns + column];
-                if depth > 0.0 && depth < *least {
-                    *least = depth;
-                }
+                *least = if (depth > 0.0) & (depth < *least) {
+                    depth
+                } else {
+                    *least
+                };
             }
         }
     }
