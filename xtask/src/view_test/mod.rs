@@ -255,6 +255,97 @@ impl<'a> View<'a> {
     }
 }
 
+/// Plain ray tracing: one ray a pixel, so that borders are stairs, and nothing changes any more once it is done.
+fn traced(view: &mut View<'_>, plain: &Picture) -> Result<(), String> {
+    let apart = |p: &Picture| p.difference(plain, TEXT);
+    view.key("t")?;
+    let mut last: Option<Picture> = None;
+    view.wait("a ray traced picture that stays the same to the bit", |view| {
+        sleep(Duration::from_millis(300));
+        let now = view.screen.picture().ok();
+        let still = last
+            .as_ref()
+            .zip(now.as_ref())
+            .is_some_and(|(last, now)| apart(now) > 2 * GRAIN && now.same_below(last, TEXT));
+        last = now;
+        still
+    })?;
+    println!(
+        "   plain ray tracing: {} pixels differ",
+        last.as_ref().map_or(0, apart)
+    );
+    view.keep("plain ray tracing");
+    view.key("t")?;
+    view.see("no longer plain ray tracing", |p| apart(p) <= GRAIN)?;
+    Ok(())
+}
+
+/// With few samples a frame, and all forgotten, most pixels are without one for long: black if samples are shown, and only then.
+fn samples(view: &mut View<'_>, plain: &Picture) -> Result<(), String> {
+    let few = 12;
+    let black = |p: &Picture| p.count(|c| c == 0);
+    let pixels = (SIZE.0 * SIZE.1) as usize;
+    for _ in 0..few {
+        view.key("bracketleft")?;
+    }
+    view.key("f")?;
+    view.key("p")?;
+    view.see("few samples on black", |p| black(p) > black(plain) + pixels / 2)?;
+    view.key("p")?;
+    view.see("a colour in every pixel again", |p| {
+        black(p) < black(plain) + pixels / 50
+    })?;
+    for _ in 0..few {
+        view.key("bracketright")?;
+    }
+    view.settled()?;
+    Ok(())
+}
+
+/// The recorded path walked without a window: as many frames, and the last one shows what the window shows at the end.
+fn replay(folder: &Path, path: &Path, steps: usize, window: &Picture) -> Result<(), String> {
+    let kept = folder.join("walked");
+    let report = folder.join("walk.json");
+    let mut walk = Command::new(root().join("target/debug/llsr"));
+    walk.args([
+        "walk",
+        "demo:torus-capsule",
+        "--quiet",
+        "--every",
+        "100000",
+        "--size",
+    ])
+    .arg(format!("{}x{}", SIZE.0, SIZE.1))
+    .arg("--path")
+    .arg(path)
+    .arg("--keep-frames")
+    .arg(&kept)
+    .arg("--report")
+    .arg(&report);
+    run(&mut walk)?;
+    let report = json(&report)?;
+    let frames = report["frames"].as_array().map_or(0, Vec::len);
+    if frames != steps {
+        return Err(format!("{frames} frames of a path of {steps} steps"));
+    }
+    let last = Picture::read(&kept.join(format!("frame-{:05}.png", steps - 1)))?;
+    let (here, there) = (window.reddish(TEXT), last.reddish(TEXT));
+    let near = (here.x - there.x).abs() < 4.0 && (here.y - there.y).abs() < 4.0;
+    if !near || here.count.abs_diff(there.count) > here.count / 10 {
+        return Err(format!(
+            "the walk ends with another view than the window: {:.0}, {:.0} ({} pixels) and {:.0}, {:.0} ({})",
+            there.x, there.y, there.count, here.x, here.y, here.count
+        ));
+    }
+    println!("   and walked to the same view");
+    Ok(())
+}
+
+fn json(path: &Path) -> Result<serde_json::Value, String> {
+    let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
 /// Everything that a user does, one thing after another.
 fn steps(screen: &Screen, folder: &Path, keep: Option<&Path>) -> Result<(), String> {
     let mut view = View::open(screen, folder, keep)?;
@@ -278,9 +369,6 @@ fn steps(screen: &Screen, folder: &Path, keep: Option<&Path>) -> Result<(), Stri
     })?;
     view.key("r")?;
     view.see("the picture again", same)?;
-    view.key("p")?;
-    view.see("samples on black", |p| p.difference(&first, TEXT) > 300)?;
-    view.key("p")?;
     // Near to the picture, so that it takes one of the same samples to tell them apart.
     let plain = view.settled()?;
     let apart = |p: &Picture| p.difference(&plain, TEXT);
@@ -288,9 +376,9 @@ fn steps(screen: &Screen, folder: &Path, keep: Option<&Path>) -> Result<(), Stri
     view.see("interpolation across edges", |p| apart(p) > 3 * GRAIN)?;
     view.key("b")?;
     view.see("no longer interpolation across edges", |p| apart(p) <= GRAIN)?;
-    view.key("t")?;
-    view.see("plain ray tracing", same)?;
-    view.key("t")?;
+    traced(&mut view, &plain)?;
+    samples(&mut view, &plain)?;
+    view.see("the picture after the switches", same)?;
     view.key("h")?;
     view.see("the list of keys", |p| p.difference(&first, TEXT) > 10_000)?;
     view.key("h")?;
@@ -356,6 +444,12 @@ fn steps(screen: &Screen, folder: &Path, keep: Option<&Path>) -> Result<(), Stri
         return Err(format!("the recorded path has {steps} steps"));
     }
     println!("   a recorded path of {steps} steps");
+    let reached = view.settled()?;
+    view.keep("the end of the recorded path");
+    if reached.red().count < first.red().count * 11 / 10 {
+        return Err("flying ahead does not bring the torus nearer".to_owned());
+    }
+    replay(folder, &path, steps, &reached)?;
     view.key("Home")?;
 
     let window = view.window.clone();
@@ -365,8 +459,7 @@ fn steps(screen: &Screen, folder: &Path, keep: Option<&Path>) -> Result<(), Stri
         lit(500, 400) && lit(20, 400) && p.red().count > first.red().count * 5 / 4
     })?;
     view.end(End::Escape)?;
-    let report = std::fs::read_to_string(folder.join("report.json")).map_err(|e| e.to_string())?;
-    let report: serde_json::Value = serde_json::from_str(&report).map_err(|e| e.to_string())?;
+    let report = json(&folder.join("report.json"))?;
     let files = report["files"].as_array().map_or(0, Vec::len);
     if files != 2 || report["moves"].as_u64().unwrap_or(0) < 2 || report["shader_errors"] != 0 {
         return Err(format!("the report does not say what happened: {report}"));

@@ -176,20 +176,38 @@ impl Picture {
             .count()
     }
 
+    /// Are all pixels below row `top` the same to the bit?
+    pub(crate) fn same_below(&self, other: &Self, top: u32) -> bool {
+        let from = (top * self.width) as usize;
+        self.pixels.len() == other.pixels.len() && self.pixels[from..] == other.pixels[from..]
+    }
+
     fn is_red(pixel: u32) -> bool {
         let (r, g, b) = (pixel >> 16 & 255, pixel >> 8 & 255, pixel & 255);
         r > 70 && r > g + g / 3 && r > b + b / 3 && r > g + 30
     }
 
-    /// The torus: red pixels.
+    /// The torus: red pixels, those in the light.
     pub(crate) fn red(&self) -> Blob {
+        self.blob(0, Self::is_red)
+    }
+
+    /// The whole torus below row `top`, whatever the exposure.
+    pub(crate) fn reddish(&self, top: u32) -> Blob {
+        self.blob(top, |pixel| {
+            let (r, g, b) = (pixel >> 16 & 255, pixel >> 8 & 255, pixel & 255);
+            r > 12 && 2 * r > 3 * g && 2 * r > 3 * b
+        })
+    }
+
+    fn blob(&self, top: u32, is: impl Fn(u32) -> bool) -> Blob {
         let mut blob = Blob {
             count: 0,
             x: 0.0,
             y: 0.0,
         };
-        for y in 0..self.height {
-            for x in (0..self.width).filter(|&x| Self::is_red(self.at(x, y))) {
+        for y in top..self.height {
+            for x in (0..self.width).filter(|&x| is(self.at(x, y))) {
                 blob.count += 1;
                 blob.x += f64::from(x);
                 blob.y += f64::from(y);
