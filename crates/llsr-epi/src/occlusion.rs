@@ -46,11 +46,19 @@ pub(crate) struct DepthLimits {
     bounds: Vec<u16>,
 }
 
-/// Scratch memory of one worker: largest depth code and number of samples in four rows, with padding.
+/// Largest depth code and number of samples of each column in some rows, with padding: entry x + 1 stands for column x.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct LimitScratch {
+struct Columns {
     depth: Vec<u16>,
     count: Vec<u16>,
+}
+
+/// Scratch memory of one worker: the two upper rows of a window, the two lower ones, which are the upper ones of the next, and all four.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LimitScratch {
+    upper: Columns,
+    lower: Columns,
+    all: Columns,
 }
 
 impl DepthLimits {
@@ -144,10 +152,18 @@ impl BandLimits<'_> {
         let sparse = occlusion.sparse_slack.max(0.0);
         let base = 1.0 + occlusion.slack.max(0.0) - sparse;
         let len = SHARED * self.columns + 2;
+        let LimitScratch { upper, lower, all } = scratch;
+        for columns in [&mut *upper, &mut *lower, &mut *all] {
+            columns.prepare(len);
+        }
+        let first = SHARED * self.first;
+        upper.load(pixels, first.saturating_sub(1)..first + 1);
         for (i, keys) in self.keys.chunks_exact_mut(self.columns).enumerate() {
             let row = SHARED * (self.first + i);
-            scratch.load(pixels, row.saturating_sub(1)..(row + 3).min(pixels.height), len);
-            let (depths, counts) = (&scratch.depth[..len], &scratch.count[..len]);
+            lower.load(pixels, (row + 1).min(pixels.height)..(row + 3).min(pixels.height));
+            all.join(upper, lower);
+            std::mem::swap(upper, lower);
+            let (depths, counts) = (&all.depth[..len], &all.count[..len]);
             for (x, key) in keys.iter_mut().enumerate() {
                 let at = SHARED * x;
                 let depth = depths[at]
@@ -178,26 +194,136 @@ impl BandLimits<'_> {
     }
 }
 
-impl LimitScratch {
-    /// Takes the largest depth and the number of samples of each column in some rows; entry x + 1 stands for column x.
-    #[inline(always)]
-    fn load(&mut self, pixels: &Pixels, rows: std::ops::Range<usize>, len: usize) {
+impl Columns {
+    fn prepare(&mut self, len: usize) {
         for plane in [&mut self.depth, &mut self.count] {
             plane.clear();
             plane.resize(len, 0);
         }
+    }
+
+    /// Takes those of at most two rows.
+    #[inline(always)]
+    fn load(&mut self, pixels: &Pixels, mut rows: std::ops::Range<usize>) {
         let width = pixels.width;
         let depths = &mut self.depth[1..width + 1];
         let counts = &mut self.count[1..width + 1];
-        for y in rows {
+        let row = |y: usize| {
             let start = y * pixels.stride;
-            let words = &pixels.words[start..start + width];
-            let cache = &pixels.cache[start..start + width];
+            (
+                &pixels.words[start..start + width],
+                &pixels.cache[start..start + width],
+            )
+        };
+        // The cache word of a pixel without a sample is 0.
+        let Some(y) = rows.next() else {
+            depths.fill(0);
+            counts.fill(0);
+            return;
+        };
+        let (words, cache) = row(y);
+        for x in 0..width {
+            depths[x] = (cache[x] >> 16) as u16;
+            counts[x] = words[x] >> SAMPLE_SHIFT & 1;
+        }
+        for y in rows {
+            let (words, cache) = row(y);
             for x in 0..width {
-                // The cache word of a pixel without a sample is 0.
                 depths[x] = depths[x].max((cache[x] >> 16) as u16);
                 counts[x] += words[x] >> SAMPLE_SHIFT & 1;
             }
         }
+    }
+
+    /// Makes these the columns of the rows of both.
+    #[inline(always)]
+    fn join(&mut self, a: &Self, b: &Self) {
+        let len = self.depth.len();
+        let (depths, counts) = (&mut self.depth[..len], &mut self.count[..len]);
+        let (a, b) = (
+            (&a.depth[..len], &a.count[..len]),
+            (&b.depth[..len], &b.count[..len]),
+        );
+        for x in 0..len {
+            depths[x] = a.0[x].max(b.0[x]);
+            counts[x] = a.1[x] + b.1[x];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EdgePointImage, Point, Settings};
+
+    #[test]
+    fn limits_are_those_of_the_window_around() {
+        // By the definition, pixel by pixel, for sizes that are no multiple of anything and for bands.
+        let occlusion = Occlusion {
+            slack: 0.03,
+            sparse_slack: 0.02,
+        };
+        let mut state = 3u32;
+        let mut unit = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1u32 << 24) as f32
+        };
+        let mut hidden = 0;
+        for (width, height) in [(1u32, 1u32), (2, 3), (37, 18), (70, 31), (129, 8)] {
+            let mut image = EdgePointImage::new(width, height, Settings::default()).expect("size");
+            for i in 0..width * height {
+                if unit() < 0.3 {
+                    image.insert(&Point {
+                        position: glam::Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5),
+                        depth: if unit() < 0.1 { f32::INFINITY } else { 0.1 + unit() },
+                        colour: glam::Vec3::ONE,
+                    });
+                }
+            }
+            let cells = (width.div_ceil(4) * height.div_ceil(4)) as usize;
+            let bounds: Vec<f32> = (0..cells)
+                .map(|_| [f32::INFINITY, 0.3 + unit()][usize::from(unit() < 0.4)])
+                .collect();
+            image.bound_depths(&bounds);
+            for rows in [height.next_multiple_of(2) as usize, 4] {
+                let mut scratch = LimitScratch::default();
+                for (i, mut band) in image.limits.bands_mut(rows).enumerate() {
+                    band.update(&image.pixels, occlusion, &mut scratch);
+                    for y in i * rows..((i + 1) * rows).min(height as usize) {
+                        for x in 0..width as usize {
+                            let (left, top) = (x as isize / 2 * 2 - 1, y as isize / 2 * 2 - 1);
+                            let window = (0..16).map(|k| (left + k % 4, top + k / 4));
+                            let inside = window.filter(|&(x, y)| {
+                                x >= 0 && y >= 0 && x < width as isize && y < height as isize
+                            });
+                            let samples =
+                                inside.filter_map(|(x, y)| image.pixels.sample(x as usize, y as usize));
+                            let depths: Vec<f32> = samples.map(|sample| sample.depth).collect();
+                            let far = depths.iter().fold(0.0, |far: f32, &depth| far.max(depth));
+                            let sparse = occlusion.sparse_slack * (16.0 / depths.len() as f32 - 1.0);
+                            let by_samples = match depths.len() {
+                                0 => f32::INFINITY,
+                                _ => far * (1.0 + occlusion.slack + sparse),
+                            };
+                            let bound = bounds[y / 4 * (width.div_ceil(4) as usize) + x / 4];
+                            let expected = by_samples.min(bound);
+                            let limit = band.at(x, y);
+                            hidden += usize::from(expected < f32::INFINITY);
+                            if expected == f32::INFINITY {
+                                assert!(limit >= 0.0, "({x}, {y}) of {width}x{height}: {limit}");
+                            } else {
+                                // Cut off to the upper half of a float, away from the eye.
+                                let ratio = -1.0 / limit / expected;
+                                assert!(
+                                    (0.999_99..1.01).contains(&ratio),
+                                    "({x}, {y}) of {width}x{height}: {limit} for {expected}"
+                                );
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(hidden > 3000, "only {hidden} pixels with a limit");
     }
 }
