@@ -11,8 +11,8 @@ use cpu_time::ThreadTime;
 use glam::{DVec3, Vec3};
 use llsr_epr::{StillLayer, StillSettings, render_still};
 use llsr_io::{LoadOptions, load_scene};
-use llsr_metrics::{Image, percentile, srgb_encode};
-use llsr_scene::{Camera, Scene, Viewport, demo};
+use llsr_metrics::{Image, percentile};
+use llsr_scene::{Camera, Scene, Viewport, demo, linear_to_srgb};
 use llsr_shading::{DirectLight, Pixel, Scratch, Settings, Statistics, SurfacePoint};
 use llsr_tracer::Tracer;
 
@@ -147,7 +147,7 @@ fn main() -> ExitCode {
     let shown = |colour: Vec3| {
         colour
             .to_array()
-            .map(|c| f64::from(srgb_encode((c / white).clamp(0.0, 1.0))))
+            .map(|c| f64::from(linear_to_srgb((c / white).clamp(0.0, 1.0))))
     };
     let classes = ["all", "shaded", "no edge", "one edge", "complex"];
     let mut found = [Squares::default(); 5];

@@ -2,8 +2,9 @@
 
 use crate::Image;
 
-/// The sRGB curve: linear [0, 1] to encoded [0, 1]; values outside are clamped (IEC 61966-2-1).
-pub fn srgb_encode(linear: f32) -> f32 {
+/// The sRGB curve: linear [0, 1] to encoded [0, 1]; values outside are clamped (IEC 61966-2-1). A measure of its own: pictures are
+/// encoded by `llsr_scene::linear_to_srgb`, which nothing here may use.
+pub(crate) fn srgb_encode(linear: f32) -> f32 {
     let v = linear.clamp(0.0, 1.0);
     if v <= 0.003_130_8 {
         12.92 * v
@@ -35,4 +36,26 @@ pub(crate) fn white_of(b: Image<'_>) -> f32 {
     }
     let largest = b.pixels().as_flattened().iter().copied().fold(0.0, f32::max);
     if largest > 0.0 { largest } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::srgb_encode;
+
+    #[test]
+    fn srgb_curve() {
+        // Encoded mid-grey 0.5 is linear 0.214041; the two branches meet.
+        for (linear, encoded) in [
+            (0.0, 0.0),
+            (0.214_041, 0.5),
+            (1.0, 1.0),
+            (-1.0, 0.0),
+            (7.0, 1.0),
+            (0.001, 0.012_92),
+        ] {
+            assert!((srgb_encode(linear) - encoded).abs() < 1e-5, "{linear}");
+        }
+        let (below, above) = (srgb_encode(0.003_130_7), srgb_encode(0.003_130_9));
+        assert!((below - above).abs() < 1e-5, "{below} and {above}");
+    }
 }

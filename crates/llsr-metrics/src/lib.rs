@@ -38,7 +38,7 @@ mod heat;
 mod image;
 mod measures;
 
-pub use display::{percentile, srgb_encode};
+pub use display::percentile;
 pub use error::Error;
 pub use flip::{ErrorMap, Flip};
 pub use heat::heat_colour;

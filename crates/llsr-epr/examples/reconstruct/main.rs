@@ -24,8 +24,8 @@ use llsr_epi::{
 };
 use llsr_epr::{narrow_shadow_edges, view_edges};
 use llsr_io::{LoadOptions, load_scene};
-use llsr_metrics::{Image, Options, compare, percentile, srgb_encode};
-use llsr_scene::{Camera, Scene, Triple, Viewport, demo};
+use llsr_metrics::{Image, Options, compare, percentile};
+use llsr_scene::{Camera, Scene, Triple, Viewport, demo, linear_to_srgb};
 use llsr_shading::{Settings, render};
 use llsr_testkit::epi::blind::{ScreenSample, edge_blind};
 use llsr_testkit::epi::triangulation::Triangulated;
@@ -118,7 +118,7 @@ struct Made {
 
 /// Root mean square error on the screen, of the pixels that `of` names.
 fn error(picture: &[[f32; 3]], truth: &[[f32; 3]], white: f32, of: impl Fn(usize) -> bool) -> f64 {
-    let shown = |c: f32| f64::from(srgb_encode((c / white).clamp(0.0, 1.0)));
+    let shown = |c: f32| f64::from(linear_to_srgb((c / white).clamp(0.0, 1.0)));
     let (mut sum, mut count) = (0.0, 0.0);
     for i in (0..truth.len()).filter(|&i| of(i)) {
         for channel in 0..3 {

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::Vec3;
 use llsr_epi::{EdgePointImage, PixelClass};
 use llsr_io::{Development, Tone, write_png};
-use llsr_metrics::srgb_encode;
+use llsr_scene::linear_to_srgb;
 
 /// Empty pixels white, simple ones purple, complex ones green; darker where there is a sample.
 pub(crate) fn draw_edges(image: &EdgePointImage, prefix: &str) {
@@ -30,7 +30,7 @@ pub(crate) fn draw_edges(image: &EdgePointImage, prefix: &str) {
 
 /// Four times the difference on the screen.
 pub(crate) fn draw_error(made: &[[f32; 3]], truth: &[[f32; 3]], width: usize, white: f32, file: &str) {
-    let shown = |c: f32| srgb_encode((c / white).clamp(0.0, 1.0));
+    let shown = |c: f32| linear_to_srgb((c / white).clamp(0.0, 1.0));
     let linear = |v: f32| {
         if v <= 0.04045 {
             v / 12.92

@@ -69,7 +69,7 @@ mod tests {
             "complex is green"
         );
         let reach = shown(StillLayer::Reach);
-        let byte = |v: f32| (255.0 * llsr_metrics::srgb_encode(v)).round() as u8;
+        let byte = |v: f32| (255.0 * llsr_scene::linear_to_srgb(v)).round() as u8;
         let bytes: Vec<[u8; 3]> = reach.iter().map(|c| c.to_array().map(byte)).collect();
         assert_eq!(bytes, [[255; 3], [51, 0, 0], [0, 1, 0], [0, 0, 1]]);
         let samples = shown(StillLayer::Samples);

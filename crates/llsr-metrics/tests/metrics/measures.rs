@@ -1,7 +1,7 @@
 //! The other measures on planted differences, the display form, and wrong input.
 
 use crate::common::{busy, picture};
-use llsr_metrics::{Error, Image, Options, compare, heat_colour, linear_rmse, percentile, srgb_encode};
+use llsr_metrics::{Error, Image, Options, compare, heat_colour, linear_rmse, percentile};
 use proptest::prelude::*;
 
 const SIZE: usize = 16;
@@ -176,23 +176,6 @@ fn percentile_interpolates_between_ranks() {
         let found = percentile(image(&pixels), q);
         assert!((found - expected).abs() < 1e-3, "{q}%: {found} for {expected}");
     }
-}
-
-#[test]
-fn srgb_curve() {
-    // Encoded mid-grey 0.5 is linear 0.214041; the two branches meet.
-    for (linear, encoded) in [
-        (0.0, 0.0),
-        (0.214_041, 0.5),
-        (1.0, 1.0),
-        (-1.0, 0.0),
-        (7.0, 1.0),
-        (0.001, 0.012_92),
-    ] {
-        assert!((srgb_encode(linear) - encoded).abs() < 1e-5, "{linear}");
-    }
-    let (below, above) = (srgb_encode(0.003_130_7), srgb_encode(0.003_130_9));
-    assert!((below - above).abs() < 1e-5, "{below} and {above}");
 }
 
 #[test]
