@@ -2,9 +2,9 @@
 //!
 //! Colours come from all samples in reach, but a texture has to be looked up on one surface: that of the nearest of them.
 
-use crate::classify::COMPLEX;
-use crate::interpolate::{Blocks, Source, sample_mask, tap_mask};
-use crate::picture::PictureBand;
+use crate::classify::{COMPLEX, HAS_SAMPLE, Masks};
+use crate::interpolate::{Blocks, Source, sample_mask, tap_mask, widened};
+use crate::picture::{PictureBand, UNREACHED};
 use crate::planes::outside_of_last_word;
 use crate::simd::{self, Level};
 
@@ -63,8 +63,9 @@ pub(crate) fn rows(
     donated.clear();
     donated.resize(source.classes.words * 64, NO_DONOR);
     for y in band.first_row..band.end_row {
-        simd::donate(level, source, of_samples, y, donated);
         let start = (y - band.first_row) * band.stride;
+        let priorities = &band.priority[start..start + band.stride];
+        simd::donate(level, source, of_samples, y, priorities, donated);
         let row = start..start + width;
         each(DonorRow {
             y: y as u32,
@@ -79,38 +80,69 @@ pub(crate) fn rows(
     }
 }
 
-/// The values of the donors of a row of pixels.
+/// The values of the donors of a row of pixels with these priorities.
 #[inline(always)]
-pub(crate) fn donate<B: Blocks>(
+pub(crate) fn donate<B: Blocks, M: Masks>(
     source: Source<'_>,
     of_samples: SampleValues<'_>,
     y: usize,
+    priorities: &[u8],
     donated: &mut [u32],
 ) {
     let SampleValues { values, stride } = of_samples;
-    for (word, donated) in donated.as_chunks_mut::<64>().0.iter_mut().enumerate() {
+    let words = donated.as_chunks_mut::<64>().0.iter_mut();
+    for (word, (donated, priorities)) in words.zip(priorities.as_chunks::<64>().0).enumerate() {
         *donated = [NO_DONOR; 64];
-        let mut open = u64::MAX;
-        if word + 1 == source.classes.words {
-            open &= !outside_of_last_word(source.pixels.width);
+        let inside = if word + 1 == source.classes.words {
+            !outside_of_last_word(source.pixels.width)
+        } else {
+            u64::MAX
+        };
+        let mut others = *priorities;
+        for priority in &mut others {
+            *priority ^= UNREACHED;
         }
+        let reached = M::nonzero(&others) & inside;
         let here = (y * stride + word * 64) as isize;
-        // What reaches nothing takes what is nearest, as it does with colours.
-        for i in 0..2 * NEAR_TO_FAR.len() {
-            let tap = NEAR_TO_FAR[i % NEAR_TO_FAR.len()];
-            let mask = if i < NEAR_TO_FAR.len() {
-                tap_mask(source, word + 1, y, tap)
-            } else {
-                sample_mask(source, word + 1, y, tap)
-            };
-            let found = mask & open;
-            open &= !found;
+        let mut take = |found: u64, tap: u8| {
             let (row, column) = (tap as isize / 5 - 2, tap as isize % 5 - 2);
             // There are no samples outside the picture, so nothing is taken from there.
             B::take(found, values, here + row * stride as isize + column, donated);
+        };
+        let mut open = reached;
+        for tap in NEAR_TO_FAR {
             if open == 0 {
                 break;
             }
+            let found = tap_mask(source, word + 1, y, tap) & open;
+            open &= !found;
+            take(found, tap);
+        }
+        // What reaches nothing takes what is nearest, as it does with colours.
+        open = inside & !reached;
+        if open != 0 {
+            open &= samples_around(source, word + 1, y);
+        }
+        for tap in NEAR_TO_FAR {
+            if open == 0 {
+                break;
+            }
+            let found = sample_mask(source, word + 1, y, tap) & open;
+            open &= !found;
+            take(found, tap);
         }
     }
+}
+
+/// The bits of pixels of a word with a sample anywhere in their window.
+#[inline(always)]
+fn samples_around(source: Source<'_>, at: usize, y: usize) -> u64 {
+    let mut column = [0u64; 3];
+    for dy in -2..=2 {
+        let row = source.classes.row(y as isize + dy).plane(HAS_SAMPLE);
+        for (column, word) in column.iter_mut().zip(&row[at - 1..=at + 1]) {
+            *column |= word;
+        }
+    }
+    widened(column)
 }

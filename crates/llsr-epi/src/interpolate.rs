@@ -308,7 +308,12 @@ fn near_edges(classes: &Planes<CLASS_PLANES>, at: usize, y: usize) -> u64 {
             *column |= word;
         }
     }
-    let [left, here, right] = column;
+    widened(column)
+}
+
+/// The bits of pixels of the middle word of three that are set, or have one set up to two beside them.
+#[inline(always)]
+pub(crate) fn widened([left, here, right]: [u64; 3]) -> u64 {
     here | here << 1 | here << 2 | here >> 1 | here >> 2 | left >> 63 | left >> 62 | right << 63 | right << 62
 }
 

@@ -230,12 +230,15 @@ pub(crate) fn donate(
     source: Source<'_>,
     of_samples: SampleValues<'_>,
     y: usize,
+    priorities: &[u8],
     donated: &mut [u32],
 ) {
     match level {
-        Level::Portable => donors::donate::<interpolate::Portable>(source, of_samples, y, donated),
+        Level::Portable => donors::donate::<interpolate::Portable, classify::Portable>(
+            source, of_samples, y, priorities, donated,
+        ),
         #[cfg(target_arch = "x86_64")]
-        wide => x86::donate(wide, source, of_samples, y, donated),
+        wide => x86::donate(wide, source, of_samples, y, priorities, donated),
     }
 }
 

@@ -87,10 +87,11 @@ by_level!(interpolate, interpolate::interpolate::<Avx2>, interpolate::interpolat
     band: &mut PictureBand<'_>
 ));
 
-by_level!(donate, donors::donate::<Avx2>, donors::donate::<Avx512>, (
+by_level!(donate, donors::donate::<Avx2, Avx2>, donors::donate::<Avx512, Avx512>, (
     source: Source<'_>,
     of_samples: SampleValues<'_>,
     y: usize,
+    priorities: &[u8],
     donated: &mut [u32]
 ));
 
