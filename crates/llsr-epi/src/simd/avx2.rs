@@ -134,10 +134,10 @@ fn five_taps([a, b, c, d, e]: [__m256; 5], [centre, near, far]: [f32; 3]) -> __m
     }
 }
 
-/// The low nine bits of each lane times its unit.
 /// [`FINE`] as these instructions want it.
 const LOW: i32 = FINE as i32;
 
+/// The mantissa of each lane, from high and low bits, times its unit.
 #[inline(always)]
 fn mantissa(high: __m256i, low: __m256i, unit: __m256) -> __m256 {
     // SAFETY: the CPU has AVX2 (see `Avx2`).

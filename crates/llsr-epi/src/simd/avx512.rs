@@ -98,7 +98,7 @@ fn five_taps([a, b, c, d, e]: [__m512; 5], [centre, near, far]: [f32; 3]) -> __m
     }
 }
 
-/// The low nine bits of each lane times its unit.
+/// The mantissa of each lane, from high and low bits, times its unit.
 #[inline(always)]
 fn mantissa(high: __m512i, low: __m512i, unit: __m512) -> __m512 {
     // SAFETY: the CPU has AVX-512 (see `Avx512`).

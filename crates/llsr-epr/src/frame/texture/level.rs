@@ -1,12 +1,15 @@
-//! Rows of textures, compiled once for each instruction set: rounding and conversions are function calls without one.
+//! Rows of textures for each instruction set: without one rounding and conversions are function calls.
 #![expect(
     unsafe_code,
-    reason = "calls of functions compiled for instruction sets that were detected"
+    reason = "intrinsics and calls of functions for instruction sets that were detected"
 )]
 
 use glam::DMat4;
 use llsr_scene::ObjectId;
 
+use crate::frame::texture::pyramid::Portable;
+#[cfg(target_arch = "x86_64")]
+use crate::frame::texture::pyramid::{Between, Texel};
 use crate::frame::texture::{BandScratch, Painter, Row};
 
 /// An instruction set.
@@ -49,7 +52,7 @@ impl Level {
         levels
     }
 
-    /// [`Painter::row`] as compiled for this instruction set. It is the same code, so the same bits.
+    /// [`Painter::row`] as compiled for this instruction set. The bits are the same.
     pub(crate) fn row<M: Fn(ObjectId) -> DMat4>(
         self,
         painter: &Painter<'_, M>,
@@ -57,7 +60,7 @@ impl Level {
         row: &mut Row<'_>,
     ) {
         match self {
-            Self::Portable => painter.row(scratch, row),
+            Self::Portable => painter.row::<Portable>(scratch, row),
             // SAFETY: `detect` has found AVX2.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { avx2(painter, scratch, row) },
@@ -71,11 +74,40 @@ impl Level {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn avx2<M: Fn(ObjectId) -> DMat4>(painter: &Painter<'_, M>, scratch: &mut BandScratch, row: &mut Row<'_>) {
-    painter.row(scratch, row);
+    painter.row::<Wide>(scratch, row);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512vl")]
 fn avx512<M: Fn(ObjectId) -> DMat4>(painter: &Painter<'_, M>, scratch: &mut BandScratch, row: &mut Row<'_>) {
-    painter.row(scratch, row);
+    painter.row::<Wide>(scratch, row);
+}
+
+/// To be used only behind a level that has AVX2.
+#[cfg(target_arch = "x86_64")]
+struct Wide;
+
+#[cfg(target_arch = "x86_64")]
+impl Between for Wide {
+    #[inline(always)]
+    fn add(upper: &[Texel; 2], lower: &[Texel; 2], x: f32, y: f32, share: f32, sums: &mut [f32; 4]) {
+        use std::arch::x86_64::*;
+        // SAFETY: two texels are 16 bytes, sums 16; no load or store needs alignment. The CPU has AVX2 (see `Wide`).
+        unsafe {
+            let floats = |texels: &[Texel; 2]| {
+                let components = _mm_loadu_si128(texels.as_ptr().cast());
+                _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(components))
+            };
+            let (above, below) = (floats(upper), floats(lower));
+            let sides = _mm256_add_ps(
+                above,
+                _mm256_mul_ps(_mm256_sub_ps(below, above), _mm256_set1_ps(y)),
+            );
+            let (left, right) = (_mm256_castps256_ps128(sides), _mm256_extractf128_ps::<1>(sides));
+            let between = _mm_add_ps(left, _mm_mul_ps(_mm_sub_ps(right, left), _mm_set1_ps(x)));
+            let sum = _mm_loadu_ps(sums.as_ptr());
+            let sum = _mm_add_ps(sum, _mm_mul_ps(between, _mm_set1_ps(share)));
+            _mm_storeu_ps(sums.as_mut_ptr(), sum);
+        }
+    }
 }

@@ -18,7 +18,7 @@ use crate::frame::share::share;
 use cells::Cells;
 use face::{Faces, View};
 use level::Level;
-use pyramid::{BLOCK, Pyramid, Sampling};
+use pyramid::{BLOCK, Between, Pyramid, Sampling};
 
 /// Pixels of a row that are looked up with one footprint, a multiple of a block.
 const ALIKE: usize = 64;
@@ -248,7 +248,7 @@ pub(crate) struct Painter<'a, M> {
 impl<M: Fn(ObjectId) -> DMat4> Painter<'_, M> {
     /// Multiplies one row.
     #[inline(always)]
-    pub(crate) fn row(&self, scratch: &mut BandScratch, row: &mut Row<'_>) {
+    pub(crate) fn row<B: Between>(&self, scratch: &mut BandScratch, row: &mut Row<'_>) {
         let BandScratch { surfaces, views } = scratch;
         surfaces.copy_from_slice(row.donors.values);
         self.cells.complete(row.donors.y as usize, surfaces);
@@ -265,7 +265,7 @@ impl<M: Fn(ObjectId) -> DMat4> Painter<'_, M> {
                 self.view(surface, views)
             };
             match view {
-                Some(view) => self.run(&view, start..end, row),
+                Some(view) => self.run::<B>(&view, start..end, row),
                 None if complex(row.donors.complex, start, end) => {
                     for factors in &mut row.factors {
                         factors[start..end].fill(1.0);
@@ -279,7 +279,7 @@ impl<M: Fn(ObjectId) -> DMat4> Painter<'_, M> {
 
     /// Multiplies the pixels of a row that show the same surface.
     #[inline(always)]
-    fn run(&self, view: &View, pixels: std::ops::Range<usize>, row: &mut Row<'_>) {
+    fn run<B: Between>(&self, view: &View, pixels: std::ops::Range<usize>, row: &mut Row<'_>) {
         let paint = &self.textures.paints[view.paint as usize];
         let run = view.run(pixels.start, row.donors.y as usize, paint.pyramid.wrap());
         let mut texels = [[0.0; BLOCK]; 3];
@@ -292,7 +292,7 @@ impl<M: Fn(ObjectId) -> DMat4> Painter<'_, M> {
                 sampling = paint.pyramid.sampling(run.footprint(middle));
             }
             let (places, met) = run.places(i);
-            paint.pyramid.look_up(&places, count, &sampling, &mut texels);
+            paint.pyramid.look_up::<B>(&places, count, &sampling, &mut texels);
             let block = first..first + count;
             let ColourRow { red, green, blue } = &mut row.donors.colours;
             let colours = [

@@ -3,7 +3,7 @@
 use llsr_scene::{Texture, Wrap, srgb_to_linear};
 
 /// Linear red, green and blue in units of 1/65535; the fourth is unused, so that a texel is one load.
-type Texel = [u16; 4];
+pub(crate) type Texel = [u16; 4];
 /// Pixels that are looked up together.
 pub(crate) const BLOCK: usize = 16;
 /// Most look-ups along the long side of a footprint.
@@ -124,7 +124,13 @@ impl Pyramid {
 
     /// Looks up the first `count` of a block of places: the means over the taps around them.
     #[inline(always)]
-    pub(crate) fn look_up(&self, places: &Places, count: usize, sampling: &Sampling, out: &mut Texels) {
+    pub(crate) fn look_up<B: Between>(
+        &self,
+        places: &Places,
+        count: usize,
+        sampling: &Sampling,
+        out: &mut Texels,
+    ) {
         let level = &self.levels[sampling.level];
         let half = 0.5 * (sampling.taps - 1) as f32;
         let share = 1.0 / sampling.taps as f32;
@@ -135,7 +141,7 @@ impl Pyramid {
         }
         let mut sums = [[0.0; 4]; BLOCK];
         for _ in 0..sampling.taps {
-            level.add(&places, self.wrap, share, &mut sums[..count]);
+            level.add::<B>(&places, self.wrap, share, &mut sums[..count]);
             for i in 0..BLOCK {
                 places.u[i] += sampling.step[0];
                 places.v[i] += sampling.step[1];
@@ -170,29 +176,43 @@ impl Level {
 
     /// Adds what lies at the places, bilinear, times `share`.
     #[inline(always)]
-    fn add(&self, places: &Places, wrap: [Wrap; 2], share: f32, out: &mut [[f32; 4]]) {
+    fn add<B: Between>(&self, places: &Places, wrap: [Wrap; 2], share: f32, out: &mut [[f32; 4]]) {
         let across = wrapped(&places.u, self.width, wrap[0]);
         let down = wrapped(&places.v, self.height, wrap[1]);
         let pitch = self.width + 1;
         for (i, out) in out.iter_mut().enumerate() {
             let start = down.first[i] as usize * pitch + across.first[i] as usize;
             let four = &self.texels[start..start + pitch + 2];
-            let (a, b) = (floats(four[0]), floats(four[1]));
-            let (c, d) = (floats(four[pitch]), floats(four[pitch + 1]));
-            let (fx, fy) = (across.rest[i], down.rest[i]);
-            for channel in 0..4 {
-                let top = a[channel] + (b[channel] - a[channel]) * fx;
-                let bottom = c[channel] + (d[channel] - c[channel]) * fx;
-                out[channel] += (top + (bottom - top) * fy) * share;
-            }
+            let (Some(upper), Some(lower)) = (four.first_chunk(), four.last_chunk()) else {
+                unreachable!("two rows lie there");
+            };
+            B::add(upper, lower, across.rest[i], down.rest[i], share, out);
         }
     }
 }
 
-#[inline(always)]
-fn floats(texel: Texel) -> [f32; 4] {
-    let [a, b, c, d] = texel;
-    [f32::from(a), f32::from(b), f32::from(c), f32::from(d)]
+/// Four texels: the parts that SIMD modules replace.
+pub(crate) trait Between {
+    /// Adds to `sums` what lies between two texels above, in `upper`, and two below, at `x` and `y` in [0, 1], times `share`.
+    fn add(upper: &[Texel; 2], lower: &[Texel; 2], x: f32, y: f32, share: f32, sums: &mut [f32; 4]);
+}
+
+/// The form that runs anywhere.
+#[derive(Debug)]
+pub(crate) struct Portable;
+
+impl Between for Portable {
+    #[inline(always)]
+    fn add(upper: &[Texel; 2], lower: &[Texel; 2], x: f32, y: f32, share: f32, sums: &mut [f32; 4]) {
+        for (channel, sum) in sums.iter_mut().enumerate() {
+            let side = |i: usize| {
+                let (above, below) = (f32::from(upper[i][channel]), f32::from(lower[i][channel]));
+                above + (below - above) * y
+            };
+            let (left, right) = (side(0), side(1));
+            *sum += (left + (right - left) * x) * share;
+        }
+    }
 }
 
 /// Texels before some coordinates, in 0..size, and how far these are from their centres to those of the next.
@@ -288,7 +308,7 @@ mod tests {
             v: [uv.y; BLOCK],
         };
         let mut found = [[0.0; BLOCK]; 3];
-        pyramid.look_up(&places, BLOCK, &pyramid.sampling(footprint), &mut found);
+        pyramid.look_up::<Portable>(&places, BLOCK, &pyramid.sampling(footprint), &mut found);
         Vec3::from(found.map(|channel| channel[BLOCK - 1])) / 65535.0
     }
 
