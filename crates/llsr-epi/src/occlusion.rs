@@ -130,6 +130,7 @@ pub(crate) struct BandLimits<'a> {
 
 impl BandLimits<'_> {
     /// Columns of limits, and the upper halves of their keys row by row.
+    #[cfg(target_arch = "x86_64")]
     pub(crate) fn columns_and_keys(&self) -> (usize, &[u16]) {
         (self.columns, self.keys)
     }

@@ -132,7 +132,11 @@ pub(crate) fn extend_world(
     match Level::detect() {
         #[cfg(target_arch = "x86_64")]
         Level::Avx512 => x86::extend_world(list, matrix, frame, segments, plain),
-        _ => 0,
+        _ => {
+            // The plain form does them all.
+            let _ = (list, matrix, frame, segments, plain);
+            0
+        }
     }
 }
 
