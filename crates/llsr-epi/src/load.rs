@@ -36,6 +36,19 @@ impl EdgePointImage {
     /// # Panics
     /// If the planes are smaller than the picture.
     pub fn load_samples(&mut self, planes: SamplePlanes<'_>) {
+        self.load(planes, true);
+    }
+
+    /// The same for places and depths alone, for an image that is drawn to find what is hidden and reachable: the colours of its samples are
+    /// anything until they are loaded whole.
+    ///
+    /// # Panics
+    /// If the planes are smaller than the picture.
+    pub fn load_places(&mut self, planes: SamplePlanes<'_>) {
+        self.load(planes, false);
+    }
+
+    fn load(&mut self, planes: SamplePlanes<'_>, colours: bool) {
         let (width, height) = (self.pixels.width, self.pixels.height);
         let needed = planes.stride * (height - 1) + width;
         let shortest = planes
@@ -49,13 +62,13 @@ impl EdgePointImage {
             "planes of {shortest} samples, {} a row, for a picture of {width}x{height}",
             planes.stride
         );
-        simd::load(self.level, planes, &mut self.pixels);
+        simd::load(self.level, planes, colours, &mut self.pixels);
     }
 }
 
 /// Takes over all rows.
 #[inline(always)]
-pub(crate) fn load(planes: SamplePlanes<'_>, pixels: &mut Pixels) {
+pub(crate) fn load(planes: SamplePlanes<'_>, with_colours: bool, pixels: &mut Pixels) {
     let width = pixels.width;
     for y in 0..pixels.height {
         let from = y * planes.stride..y * planes.stride + width;
@@ -70,6 +83,13 @@ pub(crate) fn load(planes: SamplePlanes<'_>, pixels: &mut Pixels) {
         for (word, region) in words.iter_mut().zip(region) {
             // The mark of a point lies right above the region, as it does in the word of a pixel.
             *word = *word & EdgeCode::BITS | u16::from(region & REGION) << POSITION_SHIFT;
+        }
+        if !with_colours {
+            for x in 0..width {
+                let there = if region[x] & OCCUPIED == 0 { 0 } else { u32::MAX };
+                cache[x] = u32::from(pack_depth(depth[x])) << 16 & there;
+            }
+            continue;
         }
         for x in 0..width {
             let there = if region[x] & OCCUPIED == 0 { 0 } else { u32::MAX };
@@ -141,8 +161,19 @@ mod tests {
                 colour: &colour,
                 fine: &fine,
             });
+            let mut places = image();
+            places.load_places(SamplePlanes {
+                stride,
+                region: &region,
+                depth: &depth,
+                colour: &colour,
+                fine: &fine,
+            });
             for y in 0..height {
                 for x in 0..width {
+                    let [a, b] = [&places, &inserted].map(|image| image.sample(x, y));
+                    let place = |sample: crate::Sample| (sample.position, sample.depth);
+                    assert_eq!(a.map(place), b.map(place), "place ({x}, {y}) at {level:?}");
                     assert_eq!(
                         loaded.sample(x, y),
                         inserted.sample(x, y),

@@ -112,11 +112,11 @@ pub(crate) fn classify(
 }
 
 /// [`load::load`] for the given level.
-pub(crate) fn load(level: Level, planes: SamplePlanes<'_>, pixels: &mut Pixels) {
+pub(crate) fn load(level: Level, planes: SamplePlanes<'_>, with_colours: bool, pixels: &mut Pixels) {
     match level {
-        Level::Portable => load::load(planes, pixels),
+        Level::Portable => load::load(planes, with_colours, pixels),
         #[cfg(target_arch = "x86_64")]
-        wide => x86::load(wide, planes, pixels),
+        wide => x86::load(wide, planes, with_colours, pixels),
     }
 }
 

@@ -63,6 +63,7 @@ by_level!(classify, classify::classify::<Avx2>, classify::classify::<Avx512>, (
 
 by_level!(load, load::load, load::load, (
     planes: SamplePlanes<'_>,
+    with_colours: bool,
     pixels: &mut Pixels
 ));
 

@@ -439,7 +439,7 @@ impl FrameRenderer {
         ms.rasterize = watch.lap();
 
         let (depth, region) = self.scratch.hidden.least_depths(&self.points);
-        load_points(&mut self.image, &self.points, depth, region);
+        self.image.load_places(planes(&self.points, depth, region));
         ms.points += watch.lap();
         // Of the view edges only classes and reachability are wanted so far.
         self.rasterize(bands, true);
@@ -454,7 +454,7 @@ impl FrameRenderer {
 
         // From here on with shadows too: a jump of depth is not theirs.
         let (depth, region) = (self.points.depth_plane(), self.points.region_plane());
-        load_points(&mut self.image, &self.points, depth, region);
+        self.image.load_samples(planes(&self.points, depth, region));
         ms.points += watch.lap();
         let shadow_edges = self.shadows.as_ref().map_or(&[][..], Shadows::segments);
         let shadow_edge_count = shadow_edges.len();
@@ -705,15 +705,15 @@ impl FrameRenderer {
     }
 }
 
-/// Makes the points the samples of the image, with depths and regions in the layout of their planes.
-fn load_points(image: &mut EdgePointImage, points: &PointImage, depth: &[f32], region: &[u8]) {
-    image.load_samples(SamplePlanes {
+/// The points as samples, with depths and regions in the layout of their planes.
+fn planes<'a>(points: &'a PointImage, depth: &'a [f32], region: &'a [u8]) -> SamplePlanes<'a> {
+    SamplePlanes {
         stride: points.stride(),
         region,
         depth,
         colour: points.colour_plane(),
         fine: points.fine_plane(),
-    });
+    }
 }
 
 /// Rays through the chosen pixels, each through a place in its pixel that depends on seed, frame and pixel.
