@@ -26,7 +26,7 @@ pub use settings::{Method, Settings, Wasteful};
 pub use shader::{
     DirectShader, Encounters, GiCounts, GiSettings, GiShader, GlossySettings, GlossyShader, MovedThing,
     Place, PlaceError, SceneChange, SceneMove, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch,
-    World,
+    Textured, World,
 };
 pub use statistics::{BlockCounts, FanCounts, HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
 pub use surface::SurfacePoint;
