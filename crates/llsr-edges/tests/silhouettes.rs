@@ -310,3 +310,31 @@ fn nothing_to_find_and_nothing_to_find_it_in() {
     let broken = Mesh::new("nan", vec![Vec3::NAN; 3], vec![[0, 1, 2]], MaterialId(0));
     assert!(MeshEdges::new(&broken, EdgeOptions::default()).is_err(), "NaN");
 }
+
+#[test]
+fn materials_meet_at_creases_however_flat_the_surface() {
+    // Six vertices in a plane: two quads side by side, each of two triangles.
+    let positions: Vec<Vec3> = (0..6)
+        .map(|i| Vec3::new((i / 2) as f32, 0.0, (i % 2) as f32))
+        .collect();
+    let triangles = vec![[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]];
+    let mut mesh = Mesh::new("floor", positions, triangles, MaterialId(0));
+    let creases = |mesh: &Mesh, eye: DVec3| {
+        let edges = MeshEdges::new(mesh, EdgeOptions::default()).expect("a valid mesh");
+        let mut found = FoundEdges::default();
+        let viewer = Viewpoint::at(eye).expect("finite");
+        edges.find(&viewer, &mut EdgeScratch::default(), &mut found);
+        assert!(found.silhouettes.is_empty(), "a plane has none but its border");
+        name(&edges, &found.creases)
+    };
+    let (above, below) = (DVec3::new(0.3, 2.0, 0.4), DVec3::new(0.3, -2.0, 0.4));
+    assert!(creases(&mesh, above).is_empty(), "one material");
+    mesh.materials[2..].fill(MaterialId(1));
+    let border = SilhouetteOracle::name([Vec3::X, Vec3::new(1.0, 0.0, 1.0)]);
+    assert_eq!(creases(&mesh, above), [border], "two, from above");
+    assert_eq!(
+        creases(&mesh, below),
+        [border],
+        "and from below, for a plane has two sides"
+    );
+}

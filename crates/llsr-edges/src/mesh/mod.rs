@@ -10,7 +10,7 @@ use llsr_scene::{Adjacency, Bounds, Edge, Mesh, NO_FACE};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeOptions {
     /// Dihedral angle between neighbouring normals (degrees, 0 to 180) above which an edge is a crease
-    /// (Bala et al. 2003, section 6.2: 85).
+    /// (Bala et al. 2003, section 6.2: 85). Edges between two materials are creases at any angle.
     pub crease_degrees: f64,
     /// How the trees are built.
     pub tree: TreeOptions,
@@ -148,8 +148,13 @@ impl MeshEdges {
         report.boundary_edges = edges.iter().filter(|edge| !is_pair(edge)).count();
         report.non_manifold_edges = count_groups(&edges);
         report.flipped_edges = edges.iter().filter(|edge| edge.flipped).count();
+        // Where two materials meet shading jumps, however flat the surface.
+        let is_border = |edge: &Edge| {
+            let [a, b] = edge.faces;
+            is_pair(edge) && mesh.materials[a as usize] != mesh.materials[b as usize]
+        };
         let before = edges.len();
-        edges.retain(|edge| !repair::lies_in_one_plane(edge, &faces, &positions, &planes));
+        edges.retain(|edge| is_border(edge) || !repair::lies_in_one_plane(edge, &faces, &positions, &planes));
         report.plane_edges = before - edges.len();
         // Stable, so edges keep their order within both parts and entries of one edge stay together.
         edges.sort_by_key(|edge| !is_pair(edge));
@@ -182,8 +187,10 @@ impl MeshEdges {
             )
         };
         let least_cosine = options.crease_degrees.to_radians().cos();
-        let is_crease =
-            |edge: &Edge| two_planes(edge).is_some_and(|[a, b]| a.normal().dot(b.normal()) < least_cosine);
+        let is_crease = |edge: &Edge| {
+            is_border(edge)
+                || two_planes(edge).is_some_and(|[a, b]| a.normal().dot(b.normal()) < least_cosine)
+        };
         let creases: Vec<u32> = (0..pairs as u32)
             .filter(|&e| is_crease(&edges[e as usize]))
             .collect();
