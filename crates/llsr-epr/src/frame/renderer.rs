@@ -146,7 +146,7 @@ impl FrameRenderer {
     /// A size that is 0 or above [`llsr_epi::MAX_SIZE`].
     ///
     /// # Cost
-    /// That of [`SceneEdges::new`], and about 130 bytes a pixel.
+    /// That of [`SceneEdges::new`], about 145 bytes a pixel, and where there are textures 12 more for each pixel and eleven for each texel.
     pub fn new(scene: &Scene, viewport: Viewport, settings: FrameSettings) -> Result<Self, FrameError> {
         let edges = SceneEdges::new(
             scene,
