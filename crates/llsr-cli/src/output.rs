@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::io::{self, Write};
-
 use std::path::Path;
 
 use crate::args::{Command, Common};

@@ -1,8 +1,9 @@
 //! The same points without the edges, for comparison.
 
-use llsr_epi::{EdgePointImage, Picture, SamplePlanes, Settings};
+use llsr_epi::{EdgePointImage, Picture, Settings};
 
 use crate::frame::patch::{PatchScratch, patch};
+use crate::frame::renderer::planes;
 use crate::frame::texture::TextureScratch;
 use crate::frame::{FrameError, FrameRenderer};
 
@@ -40,13 +41,8 @@ impl BlindInterpolation {
     /// If the renderer has another size.
     pub fn draw(&mut self, renderer: &FrameRenderer) -> &Picture {
         let points = renderer.points();
-        self.image.load_samples(SamplePlanes {
-            stride: points.stride(),
-            region: points.region_plane(),
-            depth: points.depth_plane(),
-            colour: points.colour_plane(),
-            fine: points.fine_plane(),
-        });
+        self.image
+            .load_samples(planes(points, points.depth_plane(), points.region_plane()));
         self.image.classify();
         self.image.reach();
         self.image.interpolate(&mut self.picture);

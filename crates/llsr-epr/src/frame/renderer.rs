@@ -706,7 +706,7 @@ impl FrameRenderer {
 }
 
 /// The points as samples, with depths and regions in the layout of their planes.
-fn planes<'a>(points: &'a PointImage, depth: &'a [f32], region: &'a [u8]) -> SamplePlanes<'a> {
+pub(crate) fn planes<'a>(points: &'a PointImage, depth: &'a [f32], region: &'a [u8]) -> SamplePlanes<'a> {
     SamplePlanes {
         stride: points.stride(),
         region,

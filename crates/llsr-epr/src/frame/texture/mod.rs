@@ -47,7 +47,7 @@ pub(crate) struct TextureScratch {
     cells: Cells,
 }
 
-/// A material's texture.
+/// A texture.
 #[derive(Debug)]
 struct Paint {
     pyramid: Pyramid,
@@ -80,17 +80,22 @@ impl Textures {
     /// Those of a scene. Cost: a pass over the pixels of its textures, about eleven bytes for each; 4 for each triangle of
     /// meshes with textures, and 64 for each that has a plane or a texture of its own.
     pub(crate) fn new(scene: &Scene) -> Self {
+        // Materials may share a texture.
+        let mut number_of = vec![None; scene.textures.len()];
         let mut paint_of = vec![None; scene.materials.len()];
         let mut textures = Self::default();
         for (material, paint_of) in scene.materials.iter().zip(&mut paint_of) {
             if let Some(texture) = &material.base_color_texture {
                 let image = &scene.textures[texture.texture.index()];
-                let texels = Vec2::new(image.width as f32, image.height as f32);
-                *paint_of = Some((textures.paints.len() as u32, texture.transform, texels));
-                textures.paints.push(Paint {
-                    pyramid: Pyramid::new(image),
-                    scale: (Vec3::ONE / (65535.0 * image.typical())).into(),
+                let number = *number_of[texture.texture.index()].get_or_insert_with(|| {
+                    textures.paints.push(Paint {
+                        pyramid: Pyramid::new(image),
+                        scale: (Vec3::ONE / (65535.0 * image.typical())).into(),
+                    });
+                    textures.paints.len() as u32 - 1
                 });
+                let texels = Vec2::new(image.width as f32, image.height as f32);
+                *paint_of = Some((number, texture.transform, texels));
             }
         }
         let meshes: Vec<Option<usize>> = scene
@@ -342,11 +347,11 @@ fn complex(bits: &[u64], start: usize, end: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use llsr_epi::SamplePlanes;
     use llsr_render_cache::{DepthFilter, Point, PointStore, Replacement, View};
     use llsr_scene::{Camera, FieldOfView, Material, Mesh, Texture, TextureUse, Wrap};
 
     use super::*;
+    use crate::frame::renderer::planes;
 
     /// Two crossing textured quads and one without a texture.
     fn scene() -> Scene {
@@ -412,13 +417,7 @@ mod tests {
         points.reproject(&store, &view, &DepthFilter::default());
         let mut image = EdgePointImage::new(viewport.width, viewport.height, llsr_epi::Settings::default())
             .expect("size");
-        image.load_samples(SamplePlanes {
-            stride: points.stride(),
-            region: points.region_plane(),
-            depth: points.depth_plane(),
-            colour: points.colour_plane(),
-            fine: points.fine_plane(),
-        });
+        image.load_samples(planes(&points, points.depth_plane(), points.region_plane()));
         image.classify();
         image.reach();
         let mut run = |level: Level, bands: usize| {

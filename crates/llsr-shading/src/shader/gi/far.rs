@@ -15,9 +15,9 @@ use rand_pcg::Pcg64Mcg;
 use crate::SurfacePoint;
 use crate::shader::ShaderScratch;
 use crate::shader::gi::gather::unit;
-use crate::shader::gi::lattice::{Lattice, PlaceKey};
+use crate::shader::gi::lattice::PlaceKey;
 use crate::shader::gi::record::Record;
-use crate::shader::gi::{Batch, GiShader, axis_weights};
+use crate::shader::gi::{Batch, GiShader, Side, axis_weights};
 
 /// From nearer than this share of their distance they are not asked.
 const NEAR: f64 = 0.5;
@@ -60,13 +60,11 @@ impl Batch<'_> {
         let line = self.line(key);
         let away = |hit: &Hit| (hit.position[axis] - point[axis]).abs();
         let hit = line.hits.iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
-        let upper = normal[axis] > 0.0;
-        let outwards = Lattice::direction(axis) * if upper { 1.0 } else { -1.0 };
-        let face = if hit.normal.dot(outwards) < 0.0 {
-            -hit.normal
-        } else {
-            hit.normal
-        };
+        let Side {
+            upper,
+            outwards,
+            face,
+        } = Side::of(hit, axis, normal);
         // The same surface, or one that goes on in about its plane.
         let offset = point - hit.position;
         let distance = offset.length();

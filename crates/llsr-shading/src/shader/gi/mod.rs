@@ -269,6 +269,34 @@ fn axis_weights(normal: DVec3) -> DVec3 {
     weights / weights.element_sum()
 }
 
+/// The side of a surface where a lattice line of an axis crosses it.
+struct Side {
+    /// Is it the one that looks along the axis?
+    upper: bool,
+    /// Along the axis or against it, out of the surface.
+    outwards: DVec3,
+    /// Normal of the face on this side.
+    face: DVec3,
+}
+
+impl Side {
+    /// The side on which a point with that normal lies.
+    fn of(hit: &Hit, axis: usize, normal: DVec3) -> Self {
+        let upper = normal[axis] > 0.0;
+        let outwards = Lattice::direction(axis) * if upper { 1.0 } else { -1.0 };
+        let face = if hit.normal.dot(outwards) < 0.0 {
+            -hit.normal
+        } else {
+            hit.normal
+        };
+        Self {
+            upper,
+            outwards,
+            face,
+        }
+    }
+}
+
 impl Batch<'_> {
     /// Irradiance that comes by way of other surfaces.
     fn indirect(&self, surface: &SurfacePoint, hash: u64, scratch: &mut ShaderScratch) -> DVec3 {
@@ -362,13 +390,11 @@ impl Batch<'_> {
             settings, records, ..
         } = self.shader;
         let (point, normal) = (surface.position, surface.shading_normal);
-        let upper = normal[axis] > 0.0;
-        let outwards = Lattice::direction(axis) * if upper { 1.0 } else { -1.0 };
-        let face = if hit.normal.dot(outwards) < 0.0 {
-            -hit.normal
-        } else {
-            hit.normal
-        };
+        let Side {
+            upper,
+            outwards,
+            face,
+        } = Side::of(hit, axis, normal);
         let offset = point - hit.position;
         let distance = offset.length();
         if face.dot(normal) < 0.5
