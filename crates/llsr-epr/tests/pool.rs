@@ -38,6 +38,7 @@ fn point(id: u64) -> ShadedPoint {
         colour: Vec3::ONE,
         object: None,
         lights: 0,
+        provisional: false,
     }
 }
 

@@ -264,6 +264,14 @@ impl PointStore {
         self.is_live(i).then(|| self.object[i])
     }
 
+    /// The same for the point in `slot`, if there is one.
+    pub fn invalidate(&mut self, slot: u32, fate: Fate) {
+        let i = slot as usize;
+        if self.is_live(i) {
+            self.meet(i, fate);
+        }
+    }
+
     /// Removes all points.
     pub fn clear(&mut self) {
         self.apply(Fate::Remove, |_, _| true);
@@ -274,14 +282,18 @@ impl PointStore {
         for i in 0..self.capacity {
             if self.is_live(i) && affected(self, i) {
                 count += 1;
-                match fate {
-                    Fate::Remove => self.remove(i),
-                    Fate::Age(ticks) => self.age[i] = self.age[i].saturating_add(ticks),
-                    Fate::Expire(ticks) => self.age[i] = self.age[i].max(u8::MAX - ticks),
-                }
+                self.meet(i, fate);
             }
         }
         count
+    }
+
+    fn meet(&mut self, i: usize, fate: Fate) {
+        match fate {
+            Fate::Remove => self.remove(i),
+            Fate::Age(ticks) => self.age[i] = self.age[i].saturating_add(ticks),
+            Fate::Expire(ticks) => self.age[i] = self.age[i].max(u8::MAX - ticks),
+        }
     }
 
     fn remove(&mut self, i: usize) {

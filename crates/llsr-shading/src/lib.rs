@@ -25,8 +25,8 @@ pub use render::{Interrupted, Rendered, TILE, render, tile_count};
 pub use settings::{Method, Settings, Wasteful};
 pub use shader::{
     DirectShader, Encounters, GiCounts, GiSettings, GiShader, GlossySettings, GlossyShader, MovedThing,
-    Place, PlaceError, SceneChange, SceneMove, ShadeRequest, ShadedPoint, Shader, ShaderError, ShaderScratch,
-    Textured, World,
+    Place, PlaceError, Renewal, SceneChange, SceneMove, ShadeRequest, ShadedPoint, Shader, ShaderError,
+    ShaderScratch, Textured, World,
 };
 pub use statistics::{BlockCounts, FanCounts, HISTOGRAM_LEN, LightClass, Skipped, Statistics, TdfCounts};
 pub use surface::SurfacePoint;

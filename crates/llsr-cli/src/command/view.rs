@@ -24,7 +24,7 @@ mod window {
 
     use llsr_epr::{FrameSettings, movable_objects};
     use llsr_scene::Viewport;
-    use llsr_shading::World;
+    use llsr_shading::{Renewal, World};
     use llsr_viewer::{PictureSettings, ShaderChoice, ViewError, ViewReport, ViewSettings, view};
     use serde_json::json;
 
@@ -79,7 +79,7 @@ mod window {
         order.rotate_left(first.unwrap_or(0));
         let shaders = order.map(|(name, shader)| ShaderChoice {
             name: name.to_owned(),
-            make: Box::new(move |world| Ok(make_shader(shader, &world))),
+            make: Box::new(move |world| Ok(make_shader(shader, &world, Renewal::Gradual))),
         });
         let settings = view_settings(args, common, started);
         let world = Arc::new(world);

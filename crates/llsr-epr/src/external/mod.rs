@@ -339,6 +339,7 @@ impl ExternalShader {
             colour,
             object: None,
             lights: 0,
+            provisional: false,
         }
     }
 }

@@ -156,6 +156,7 @@ impl Fields<'_> {
             colour,
             object,
             lights: self.number()?,
+            provisional: false,
         })
     }
 

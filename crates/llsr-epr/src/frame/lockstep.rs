@@ -110,7 +110,8 @@ impl LockstepRenderer {
 
 /// Shades every pixel of a picture, `side` x `side` evenly spaced rays each, with the threads of the current rayon pool.
 ///
-/// `side` 1 is the ray tracer that frames are compared with, 8 a reference. The same bits for any number of threads.
+/// `side` 1 is the ray tracer that frames are compared with, 8 a reference. The same bits for any number of threads. Rays whose points are
+/// [provisional](ShadedPoint::provisional) are asked for again until they are not, for some seconds at most.
 ///
 /// # Errors
 /// What the shader says, if it fails or panics.
@@ -151,6 +152,7 @@ pub fn ray_trace(
         if let Some(error) = report.last_error {
             return Err(error);
         }
+        settle(shader, &requests, seed, &mut points);
         // A shader that leaves rays out darkens nothing: pixels are means of what came.
         let pixel_of = |point: &ShadedPoint| point.id / subsamples as u64;
         for points in points.chunk_by(|a, b| pixel_of(a) == pixel_of(b)) {
@@ -163,4 +165,32 @@ pub fn ray_trace(
         }
     }
     Ok(picture)
+}
+
+/// Times that a ray is asked for again.
+const ROUNDS: usize = 10_000;
+
+/// Asks once more for what is provisional; `points` are answers to `requests`, whose ids are in rising order.
+fn settle(shader: &dyn Shader, requests: &[ShadeRequest], seed: u64, points: &mut [ShadedPoint]) {
+    let (mut again, mut better) = (Vec::new(), Vec::new());
+    let mut met = Encounters::default();
+    for _ in 0..ROUNDS {
+        let open = points.iter().filter(|point| point.provisional);
+        again.clear();
+        again.extend(open.filter_map(|point| {
+            let at = requests.binary_search_by_key(&point.id, |request| request.id);
+            at.ok().map(|at| requests[at])
+        }));
+        if again.is_empty() {
+            return;
+        }
+        better.clear();
+        met.clear();
+        let report = shade_lockstep(shader, &again, seed, &mut better, &mut met);
+        if report.last_error.is_some() || better.len() != again.len() {
+            return;
+        }
+        let open = points.iter_mut().filter(|point| point.provisional);
+        open.zip(&better).for_each(|(point, better)| *point = *better);
+    }
 }

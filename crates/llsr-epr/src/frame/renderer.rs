@@ -300,12 +300,14 @@ impl FrameRenderer {
                 object,
                 lights: point.lights,
             };
-            if self
-                .store
-                .insert(&new, &self.points, &self.settings.replacement)
-                .is_some()
-            {
+            let stored = self.store.insert(&new, &self.points, &self.settings.replacement);
+            if let Some(stored) = stored {
                 self.coming.new_points += 1;
+                if point.provisional {
+                    // Asked for again before others; it stays until it is answered.
+                    self.store
+                        .invalidate(stored.slot, Fate::Age(self.settings.ages.old));
+                }
             }
             self.see(point.object);
         }

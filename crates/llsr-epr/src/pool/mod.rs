@@ -36,7 +36,7 @@ pub struct PoolSettings {
     pub queue: usize,
     /// Points that may wait to be collected, at least 1; beyond it the oldest are dropped.
     pub results: usize,
-    /// Requests that a thread takes at a time, at least 1.
+    /// Requests that a thread takes at a time, at least 1; fewer if the shader wants [smaller portions](Shader::portion).
     pub batch: usize,
     /// What happens when the queue is full.
     pub overflow: Overflow,

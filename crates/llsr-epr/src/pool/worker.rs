@@ -172,8 +172,8 @@ impl Shared {
         }
     }
 
-    /// Waits for requests and takes a batch; `None` at the end. Returns the epoch of the scene with it.
-    fn take(&self, batch: &mut Vec<ShadeRequest>) -> Option<u64> {
+    /// Waits for requests and takes a batch of `most` at most; `None` at the end. Returns the epoch of the scene with it.
+    fn take(&self, batch: &mut Vec<ShadeRequest>, most: usize) -> Option<u64> {
         batch.clear();
         let mut state = self.lock();
         while state.waiting.is_empty() && !state.stop {
@@ -182,7 +182,7 @@ impl Shared {
         if state.stop {
             return None;
         }
-        let count = self.batch.min(state.waiting.len());
+        let count = most.min(state.waiting.len());
         batch.extend(state.waiting.drain(..count));
         state.in_flight += count;
         Some(state.epoch)
@@ -360,7 +360,8 @@ fn work(shader: &dyn Shader, shared: &Shared) {
     }
     let mut batch = Vec::with_capacity(shared.batch);
     let mut job = Job::default();
-    while let Some(epoch) = shared.take(&mut batch) {
+    let most = shared.batch.min(shader.portion()).max(1);
+    while let Some(epoch) = shared.take(&mut batch, most) {
         let open = Open(shared, batch.len());
         let outcome = job.shade(shader, &batch, shared.seed);
         std::mem::forget(open);

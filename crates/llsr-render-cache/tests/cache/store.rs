@@ -163,6 +163,19 @@ fn pixel(i: u32, depth: f32) -> Vec3 {
 }
 
 #[test]
+fn one_point_can_be_put_in_doubt() {
+    let (mut store, _) = orderly();
+    store.advance(10, 255);
+    store.invalidate(37, Fate::Age(100));
+    store.invalidate(83, Fate::Remove);
+    // Nothing there any more.
+    store.invalidate(83, Fate::Age(1));
+    for (slot, age) in [(36, Some(10)), (37, Some(110)), (38, Some(10)), (83, None)] {
+        assert_eq!(store.age(slot), age, "slot {slot}");
+    }
+}
+
+#[test]
 fn full_stores_recycle_the_oldest_or_unseen() {
     let (mut store, mut image) = orderly();
     // Out of the picture go one point in each of the groups 2, 5 and 11.

@@ -16,6 +16,8 @@ pub(crate) struct Shaded {
     textured: Option<Textured>,
     /// The lights that reach it.
     lights: u64,
+    /// See [`ShadedPoint::provisional`].
+    provisional: bool,
 }
 
 impl Shaded {
@@ -25,6 +27,7 @@ impl Shaded {
             colour,
             textured: None,
             lights,
+            provisional: false,
         }
     }
 
@@ -40,7 +43,13 @@ impl Shaded {
             colour: surface.emission + reflected(surface.albedo),
             textured,
             lights,
+            provisional: false,
         }
+    }
+
+    /// The same, [provisional](ShadedPoint::provisional) or not.
+    pub(crate) fn for_now(self, provisional: bool) -> Self {
+        Self { provisional, ..self }
     }
 }
 
@@ -70,6 +79,7 @@ pub(crate) fn shade_each(
             object: Some(surface.object),
             textured: shaded.textured,
             lights: shaded.lights,
+            provisional: shaded.provisional,
         });
     }
     met.settle();
@@ -111,6 +121,7 @@ fn background(world: &World, request: &ShadeRequest, direction: DVec3) -> Shaded
         object: None,
         textured: None,
         lights: 0,
+        provisional: false,
     }
 }
 

@@ -19,7 +19,7 @@ use llsr_scene::ObjectId;
 
 pub use direct::DirectShader;
 pub use encounters::Encounters;
-pub use gi::{GiCounts, GiSettings, GiShader};
+pub use gi::{GiCounts, GiSettings, GiShader, Renewal};
 pub use glossy::{GlossySettings, GlossyShader};
 pub use scratch::ShaderScratch;
 pub use world::{MovedThing, Place, PlaceError, SceneChange, SceneMove, World};
@@ -54,6 +54,8 @@ pub struct ShadedPoint {
     pub textured: Option<Textured>,
     /// The lights that reach the point, partly or wholly: bit i for all lights whose number is i modulo 64.
     pub lights: u64,
+    /// The shader knows that it will say better when the ray is asked for again: what it went by is of before a move.
+    pub provisional: bool,
 }
 
 /// A point on a base-colour texture, to which the colour is proportional: who shows it may interpolate the light, and look the
@@ -95,6 +97,12 @@ pub trait Shader: Send + Sync {
     /// A shader that knows nothing of the scene's state leaves this as it is.
     fn changed(&self, change: &SceneChange) {
         let _ = change;
+    }
+
+    /// Rays that a caller for whom things move should hand over at a time, at most, so that calls stay short: what was shaded before a move is of
+    /// little use after it. More than that are shaded too.
+    fn portion(&self) -> usize {
+        usize::MAX
     }
 
     /// Asks that calls of [`shade`](Self::shade) under way end soon, with an error if need be, because nobody waits for them

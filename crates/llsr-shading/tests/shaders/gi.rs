@@ -81,7 +81,7 @@ fn furnace_is_as_bright_as_the_geometric_series_says() {
 }
 
 /// A box with a red and a green wall, two blocks, and a tube under the ceiling.
-fn cornell() -> Scene {
+pub(crate) fn cornell() -> Scene {
     let mut scene = Scene::new("cornell");
     let mut paint = |name: &str, rgb: [f32; 3]| scene.add_material(Material::diffuse(name, Vec3::from(rgb)));
     let white = paint("white", [0.7, 0.7, 0.7]);

@@ -2,5 +2,6 @@
 
 mod direct;
 mod gi;
+mod gi_motion;
 mod glossy;
 mod support;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use llsr_epr::{ExternalSettings, ExternalShader, FrameRenderer, FrameSettings, dropped_contrast, ray_trace};
 use llsr_scene::{Camera, Viewport};
 use llsr_shading::{
-    DirectShader, GiSettings, GiShader, GlossySettings, GlossyShader, Settings, Shader, World,
+    DirectShader, GiSettings, GiShader, GlossySettings, GlossyShader, Renewal, Settings, Shader, World,
 };
 
 use crate::args::{Common, Compare, WalkArgs, WalkShader};
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
     let shader = shader_of(args, &world, (&camera, viewport))?;
     // The ray tracer has a shader of its own, so that neither gains by what the other has learned. A program is there once.
     let compared = (args.compare == Some(Compare::Raytrace)).then(|| match &args.shader_cmd {
-        None => make_shader(args.shader, &world),
+        None => make_shader(args.shader, &world, Renewal::AtOnce),
         Some(_) => Arc::clone(&shader),
     });
     let build_seconds = watch.read();
@@ -137,7 +137,15 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
                 ray_trace(&**compared, &camera, viewport, 1, common.seed).map_err(shader_failed)?;
                 raytraced.push(watch.read());
             }
-            error = keeper.keep(frame, drive.renderer(), &*shader, &camera)?;
+            // Of a shader beside the display the truth is what one says that has not seen a move.
+            let exact = (args.live && args.reference && args.shader_cmd.is_none())
+                .then(|| make_shader(args.shader, &world, Renewal::AtOnce));
+            error = keeper.keep(
+                frame,
+                drive.renderer(),
+                exact.as_deref().unwrap_or(&*shader),
+                &camera,
+            )?;
         }
         let watch = Stopwatch::start();
         if frame + 1 < frames {
@@ -197,7 +205,12 @@ fn shader_of(
     (camera, viewport): (&Camera, Viewport),
 ) -> Result<Arc<dyn Shader>, Failure> {
     let Some(command) = &args.shader_cmd else {
-        return Ok(make_shader(args.shader, world));
+        let renewal = if args.live {
+            Renewal::Gradual
+        } else {
+            Renewal::AtOnce
+        };
+        return Ok(make_shader(args.shader, world, renewal));
     };
     let settings = ExternalSettings {
         scene: args.scene.scene.clone(),
@@ -215,8 +228,8 @@ fn shader_of(
     Ok(Arc::new(shader))
 }
 
-/// The shader of that name for a world.
-pub(super) fn make_shader(shader: WalkShader, world: &Arc<World>) -> Arc<dyn Shader> {
+/// The shader of that name for a world; `renewal` is for the one that keeps records.
+pub(super) fn make_shader(shader: WalkShader, world: &Arc<World>, renewal: Renewal) -> Arc<dyn Shader> {
     let (world, ambient) = (Arc::clone(world), world.suggested_ambient());
     match shader {
         WalkShader::Direct => Arc::new(DirectShader::new(world, ambient)),
@@ -227,7 +240,13 @@ pub(super) fn make_shader(shader: WalkShader, world: &Arc<World>) -> Arc<dyn Sha
                 ..GlossySettings::default()
             },
         )),
-        WalkShader::Gi => Arc::new(GiShader::new(world, &GiSettings::default())),
+        WalkShader::Gi => Arc::new(GiShader::new(
+            world,
+            &GiSettings {
+                renewal,
+                ..GiSettings::default()
+            },
+        )),
     }
 }
 

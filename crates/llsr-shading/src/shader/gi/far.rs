@@ -16,8 +16,7 @@ use crate::SurfacePoint;
 use crate::shader::ShaderScratch;
 use crate::shader::gi::gather::unit;
 use crate::shader::gi::lattice::PlaceKey;
-use crate::shader::gi::record::Record;
-use crate::shader::gi::{Batch, GiShader, Side, axis_weights};
+use crate::shader::gi::{Batch, Choice, GiShader, Side, axis_weights};
 
 /// From nearer than this share of their distance they are not asked.
 const NEAR: f64 = 0.5;
@@ -81,16 +80,16 @@ impl Batch<'_> {
             return None;
         }
         let place = PlaceKey::new(key, hit, upper);
-        let ends = &mut scratch.ends;
-        let holds = |record: &Record| record.holds(far_fan, &self.stage.changes, world.lights(), ends);
-        let record = far_records.get(&place, holds).unwrap_or_else(|| {
-            let at = world.surface(hit, -outwards);
-            // Random numbers of its own: a record for points may lie at the same place.
-            far_records.put(
-                place,
-                self.make(&at, place.hash(!settings.seed), far_fan, scratch),
-            )
-        });
+        let at = || world.surface(hit, -outwards);
+        let record = match self.choose(true, &place, at, scratch) {
+            Choice::Take(record) => record,
+            Choice::Make => {
+                // Random numbers of its own: a record for points may lie at the same place.
+                let hash = place.hash(!settings.seed);
+                far_records.put(place, self.make(&at(), hash, far_fan, scratch))
+            }
+            Choice::Pass => return None,
+        };
         Some(record.gathered.irradiance.as_dvec3())
     }
 }

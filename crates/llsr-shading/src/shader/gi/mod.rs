@@ -22,7 +22,8 @@
 //! A record only serves points that see it, so that light does not leak under walls.
 //!
 //! # Moving things
-//! Records that a move may concern are made anew when they are next needed; see [`Record::holds`](record::Record::holds).
+//! Records that a move may concern are made anew when they are next needed, or little by little; see
+//! [`Record::holds`](record::Record::holds) and [`Renewal`].
 
 mod cache;
 mod changes;
@@ -31,8 +32,10 @@ mod gather;
 mod lattice;
 mod path;
 mod record;
+mod renewal;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
 
 use glam::{DVec3, Vec3};
@@ -54,6 +57,8 @@ pub(crate) use gather::{Sample, frame, unit};
 use lattice::{LEVELS, Lattice, LineKey, PlaceKey, scene_size};
 use path::{Beacon, Paths};
 use record::{Fan, Record};
+pub use renewal::Renewal;
+use renewal::{Need, Purse};
 
 /// The level of the lattice with the widest records for points; the one before is that of records for rays from afar.
 const NEAR_LEVEL: usize = 1;
@@ -63,6 +68,14 @@ const FAR_WIDTH: f64 = (1 << NEAR_LEVEL) as f64;
 /// What coarse levels may leave open of a point's light, as a share, without a finer level being asked: records of that would
 /// hardly show.
 const LEFT_OPEN: f64 = 0.1;
+
+/// Rays that a ray of a record stands for, those to lights and to records included: of a record for points, and of one for rays
+/// from afar, whose paths go on.
+const NEAR_COST: u32 = 6;
+const FAR_COST: u32 = 8;
+
+/// The least weight of records that speaks for a point.
+const ENOUGH: f64 = 0.2;
 
 /// How global illumination is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +97,8 @@ pub struct GiSettings {
     pub memory: usize,
     /// Seed of the records.
     pub seed: u64,
+    /// When records that a move may concern are made anew.
+    pub renewal: Renewal,
 }
 
 impl Default for GiSettings {
@@ -96,6 +111,7 @@ impl Default for GiSettings {
             levels: 4,
             memory: 64 << 20,
             seed: 0,
+            renewal: Renewal::AtOnce,
         }
     }
 }
@@ -119,7 +135,7 @@ pub struct GiCounts {
 ///
 /// Surfaces reflect diffusely. Points depend on the scene, the settings and the seed alone. After moves they also depend on
 /// the order of the moves and on what was shaded between them, still not on threads, as long as the number of
-/// records stays below its limit.
+/// records stays below its limit. With [`Renewal::Gradual`] that holds until something moves.
 #[derive(Debug)]
 pub struct GiShader {
     stage: RwLock<Arc<GiStage>>,
@@ -138,6 +154,7 @@ pub struct GiShader {
     far_fan: Fan,
     /// That of points without a record, which err each by itself and are few: fewer rays.
     alone_fan: Fan,
+    purse: Purse,
 }
 
 #[derive(Debug)]
@@ -187,6 +204,10 @@ impl GiShader {
                 beacons,
                 changes: Changes::default(),
             })),
+            purse: Purse::new([
+                settings.rays[0] * settings.rays[1] * NEAR_COST,
+                far::RAYS[0] * far::RAYS[1] * FAR_COST,
+            ]),
             settings,
             direct,
             made: AtomicU64::new(0),
@@ -233,6 +254,7 @@ impl GiShader {
         let hash = seed
             .iter()
             .fold(mix(self.settings.seed), |hash, bits| mix(hash ^ bits));
+        self.purse.pay();
         self.batch(&stage).indirect(surface, hash, scratch)
     }
 
@@ -241,6 +263,7 @@ impl GiShader {
         Batch {
             shader: self,
             stage,
+            lacking: Cell::new(false),
             paths: Paths {
                 world,
                 lights: &stage.stage.lights,
@@ -260,6 +283,26 @@ struct Batch<'a> {
     shader: &'a GiShader,
     stage: &'a GiStage,
     paths: Paths<'a>,
+    /// Has anything been taken from records of before a move, or done without a record, since this was last unset?
+    lacking: Cell<bool>,
+}
+
+/// What is known while records for a point are looked up.
+struct Search {
+    /// How far records may reach there (m).
+    reach: f64,
+    /// Has a record been missing that was not to be made yet?
+    passed: bool,
+}
+
+/// What becomes of a record that a point or another record asks for.
+enum Choice {
+    /// It is taken as it is.
+    Take(Arc<Record>),
+    /// It is made.
+    Make,
+    /// One must do without it.
+    Pass,
 }
 
 /// Weights of the axes whose lines a surface of this normal is looked up along; they sum to 1.
@@ -306,8 +349,12 @@ impl Batch<'_> {
         let (point, normal) = (surface.position, surface.shading_normal);
         let axes = axis_weights(normal);
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
-        // What the levels so far leave to the next; and how far records may reach here, by what is known.
-        let (mut left, mut reach) = (1.0, f64::INFINITY);
+        // What the levels so far leave to the next.
+        let mut left = 1.0;
+        let mut search = Search {
+            reach: f64::INFINITY,
+            passed: false,
+        };
         for level in NEAR_LEVEL..NEAR_LEVEL + settings.levels as usize {
             let (mut found, mut cover) = (DVec3::ZERO, 0.0);
             for axis in (0..3).filter(|&axis| axes[axis] > 0.0) {
@@ -322,7 +369,7 @@ impl Batch<'_> {
                             continue;
                         }
                         let Some((record, goodness)) =
-                            self.record_for(surface, axis, key, hit, &mut reach, scratch)
+                            self.record_for(surface, axis, key, hit, &mut search, scratch)
                         else {
                             continue;
                         };
@@ -339,11 +386,12 @@ impl Batch<'_> {
                 // Less by a little for all, so that nothing jumps where it comes to nothing.
                 left = (left - taken - LEFT_OPEN) / (1.0 - LEFT_OPEN);
             }
-            if left <= 0.0 {
+            // While records are missing that are not to be made yet, finer ones would be missed as well.
+            if left <= 0.0 || search.passed && weight >= ENOUGH {
                 break;
             }
         }
-        if weight >= 0.2 {
+        if weight >= ENOUGH {
             return sum / weight;
         }
         self.shader.alone.fetch_add(1, Ordering::Relaxed);
@@ -357,11 +405,16 @@ impl Batch<'_> {
         let changes = &self.stage.changes;
         let holds = |line: &Line| {
             let until = line.holds_until.load(Ordering::Relaxed);
-            let Some(mut news) = changes.since(until) else {
+            let Some(news) = changes.since(until) else {
                 return false;
             };
-            if news.any(|change| lattice.crosses(key, &change.before) || lattice.crosses(key, &change.after))
-            {
+            // Lines cross objects alone.
+            let mut objects = news.filter(|change| matches!(change.what, MovedThing::Object(_)));
+            if objects.any(|change| {
+                [change.before, change.after]
+                    .iter()
+                    .any(|b| lattice.crosses(key, b))
+            }) {
                 return false;
             }
             line.holds_until.fetch_max(changes.count(), Ordering::Relaxed);
@@ -383,7 +436,7 @@ impl Batch<'_> {
         axis: usize,
         line: LineKey,
         hit: &Hit,
-        reach: &mut f64,
+        search: &mut Search,
         scratch: &mut ShaderScratch,
     ) -> Option<(Arc<Record>, f64)> {
         let GiShader {
@@ -399,15 +452,12 @@ impl Batch<'_> {
         let distance = offset.length();
         if face.dot(normal) < 0.5
             || offset.dot(face + normal) < -0.1 * distance
-            || distance > settings.tolerance * (*reach + distance)
+            || distance > settings.tolerance * (search.reach + distance)
         {
             return None;
         }
         let place = PlaceKey::new(line, hit, upper);
         let world = self.paths.world;
-        let fan = &self.shader.fan;
-        let ends = &mut scratch.ends;
-        let holds = |record: &Record| record.holds(fan, &self.stage.changes, world.lights(), ends);
         // Lifted off their surfaces, so that a curved one does not come between.
         let lift = 0.2 * distance;
         let (from, to) = (
@@ -418,16 +468,56 @@ impl Batch<'_> {
             return None;
         }
         // Nothing above may depend on whether the record is known already.
-        let record = records.get(&place, holds).unwrap_or_else(|| {
-            let at = world.surface(hit, -outwards);
-            records.put(
-                place,
-                self.make(&at, place.hash(settings.seed), &self.shader.fan, scratch),
-            )
-        });
-        *reach = reach.min(record.gathered.mean_distance + distance);
+        let at = || world.surface(hit, -outwards);
+        let record = match self.choose(false, &place, at, scratch) {
+            Choice::Take(record) => record,
+            Choice::Make => {
+                let hash = place.hash(settings.seed);
+                records.put(place, self.make(&at(), hash, &self.shader.fan, scratch))
+            }
+            Choice::Pass => {
+                search.passed = true;
+                return None;
+            }
+        };
+        search.reach = search.reach.min(record.gathered.mean_distance + distance);
         let goodness = record.goodness(point, normal, settings.tolerance);
         (goodness > 0.0).then_some((record, goodness))
+    }
+
+    /// What becomes of the record of a place that lies on the surface `at`: of those for rays from afar, or of the others.
+    fn choose(
+        &self,
+        far: bool,
+        place: &PlaceKey,
+        at: impl Fn() -> SurfacePoint,
+        scratch: &mut ShaderScratch,
+    ) -> Choice {
+        let GiShader { settings, purse, .. } = self.shader;
+        let (memory, fan) = if far {
+            (&self.shader.far_records, &self.shader.far_fan)
+        } else {
+            (&self.shader.records, &self.shader.fan)
+        };
+        let lights = self.paths.world.lights();
+        let ends = &mut scratch.ends;
+        let mut holds = |record: &Record| record.holds(fan, &self.stage.changes, lights, ends);
+        if settings.renewal == Renewal::AtOnce {
+            return memory.get(place, holds).map_or(Choice::Make, Choice::Take);
+        }
+        let known = memory.get(place, |_| true);
+        let (need, known) = match known {
+            Some(record) if holds(&record) && record.complete => return Choice::Take(record),
+            Some(record) if holds(&record) => (Need::Incomplete, Some(record)),
+            // On an object that moved it is now elsewhere.
+            Some(record) if record.lies_on(&at(), fan) => (Need::Old, Some(record)),
+            _ => (Need::Missing, None),
+        };
+        if known.is_none() && purse.at_rest() || purse.spend(far, need) {
+            return Choice::Make;
+        }
+        self.lacking.set(true);
+        known.map_or(Choice::Pass, Choice::Take)
     }
 
     /// Makes a record.
@@ -437,7 +527,10 @@ impl Batch<'_> {
         } = self.shader;
         self.shader.made.fetch_add(1, Ordering::Relaxed);
         let mut lengths = Vec::with_capacity((fan.rays[0] * fan.rays[1]) as usize);
+        let before = self.lacking.replace(false);
         let mut gathered = self.gather(at, hash, fan, scratch, |length| lengths.push(fan.encode(length)));
+        let lacking = self.lacking.get();
+        self.lacking.set(before || lacking);
         // Where light changes fast a record reaches less far than the distances say.
         let slope = Vec3::from_array(gathered.translation.map(luminance)).length();
         let by_slope = f64::from(luminance(gathered.irradiance)) / f64::from(slope);
@@ -460,6 +553,8 @@ impl Batch<'_> {
             hash,
             lengths: lengths.into_boxed_slice(),
             holds_until: AtomicU64::new(self.stage.changes.count()),
+            outdated: AtomicBool::new(false),
+            complete: !lacking,
         }
     }
 
@@ -529,9 +624,19 @@ impl Shader for GiShader {
             let lights = direct_and_met(world, &direct, surface, hash, scratch, met, |colour, answer| {
                 irradiance += colour * answer.irradiance;
             });
+            self.purse.pay();
+            batch.lacking.set(false);
             irradiance += batch.indirect(surface, hash, scratch);
-            Shaded::diffuse(world, surface, irradiance, lights)
+            Shaded::diffuse(world, surface, irradiance, lights).for_now(batch.lacking.get())
         })
+    }
+
+    /// While things move each point pays for about a third of a millisecond at most, and what comes after the next move is lost.
+    fn portion(&self) -> usize {
+        match self.settings.renewal {
+            Renewal::AtOnce => usize::MAX,
+            Renewal::Gradual => 4,
+        }
     }
 
     fn changed(&self, change: &SceneChange) {
@@ -543,11 +648,13 @@ impl Shader for GiShader {
             beacons: change.world.lights().iter().map(Beacon::new).collect(),
             changes,
         });
+        self.purse.moved();
         // No record outlives a light that moves.
-        if change
-            .moves
-            .iter()
-            .any(|moved| matches!(moved.what, MovedThing::Light(_)))
+        if self.settings.renewal == Renewal::AtOnce
+            && change
+                .moves
+                .iter()
+                .any(|moved| matches!(moved.what, MovedThing::Light(_)))
         {
             self.records.forget();
             self.far_records.forget();

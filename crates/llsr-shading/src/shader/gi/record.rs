@@ -1,11 +1,12 @@
 //! Records of irradiance: what one says nearby, and whether it survives a change of the scene.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::{DVec3, Vec3};
 use llsr_scene::{Bounds, Light, ObjectId};
 use rand_pcg::Pcg64Mcg;
 
+use crate::SurfacePoint;
 use crate::shader::gi::cache::Footprint;
 use crate::shader::gi::changes::Changes;
 use crate::shader::gi::gather::{Gathered, directions, frame, unit};
@@ -29,6 +30,10 @@ pub(crate) struct Record {
     pub(crate) lengths: Box<[u8]>,
     /// The number of changes of the scene up to which it is known to hold.
     pub(crate) holds_until: AtomicU64,
+    /// It is known not to hold any more.
+    pub(crate) outdated: AtomicBool,
+    /// Was nothing that it was made of outdated or missing?
+    pub(crate) complete: bool,
 }
 
 /// The rays that records send. A record keeps a byte for each: the directions come from its random number once more.
@@ -135,9 +140,30 @@ impl Record {
     /// `ends` is working memory.
     pub(crate) fn holds(&self, fan: &Fan, changes: &Changes, lights: &[Light], ends: &mut Vec<Vec3>) -> bool {
         let until = self.holds_until.load(Ordering::Relaxed);
+        if self.outdated.load(Ordering::Relaxed) {
+            return false;
+        }
         if until == changes.count() {
             return true;
         }
+        let holds = self.holds_after(until, fan, changes, lights, ends);
+        if holds {
+            self.holds_until.fetch_max(changes.count(), Ordering::Relaxed);
+        } else {
+            self.outdated.store(true, Ordering::Relaxed);
+        }
+        holds
+    }
+
+    /// Does a record that holds after the first `until` changes still hold after all?
+    fn holds_after(
+        &self,
+        until: u64,
+        fan: &Fan,
+        changes: &Changes,
+        lights: &[Light],
+        ends: &mut Vec<Vec3>,
+    ) -> bool {
         let Some(news) = changes.since(until) else {
             return false;
         };
@@ -155,8 +181,13 @@ impl Record {
                 return false;
             }
         }
-        self.holds_until.fetch_max(changes.count(), Ordering::Relaxed);
         true
+    }
+
+    /// Does it lie at that place of a surface, still?
+    pub(crate) fn lies_on(&self, surface: &SurfacePoint, fan: &Fan) -> bool {
+        let near = 1e-6 * fan.longest;
+        self.position.distance(surface.position) <= near && self.normal.dot(surface.shading_normal) > 0.999
     }
 
     /// May another object that moved have changed what its rays bring?
@@ -232,6 +263,8 @@ mod tests {
             hash: 77,
             lengths: sent.iter().map(|&(_, length)| fan.encode(length)).collect(),
             holds_until: AtomicU64::new(0),
+            outdated: AtomicBool::new(false),
+            complete: true,
         };
         let ends: Vec<Vec3> = fan.ends(&record).collect();
         let expected: Vec<_> = sent
