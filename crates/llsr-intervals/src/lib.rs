@@ -23,7 +23,7 @@ pub use plain::{PlainStatistics, PlainTree};
 pub use real::Real;
 pub use slices::IntervalSlices;
 pub use tree::{
-    Beam, FaceHit, FaceScratch, FaceStatistics, FaceTree, Instructions, NarrowedFaces, Plane, PlaneScan,
-    PlaneTree, QueryScratch, QueryStatistics, Select, TreeOptions, Wedge,
+    Beam, FaceColumns, FaceHit, FaceScratch, FaceStatistics, FaceTree, Instructions, NarrowedFaces, Plane,
+    PlaneScan, PlaneTree, QueryScratch, QueryStatistics, Select, TreeOptions, Wedge,
 };
 pub use vector::IntervalVec3;

@@ -36,6 +36,18 @@ impl Piece {
         }
     }
 
+    /// From the smaller to the larger of two places, with the inverse distance at the first and its change.
+    #[inline]
+    pub(super) fn ordered(s: [f64; 2], w: f64, slope: f64, slot: u32, face: u32) -> Self {
+        Self {
+            s,
+            w,
+            slope,
+            slot,
+            face,
+        }
+    }
+
     fn hides(&self) -> bool {
         self.w >= Self::HIDING
     }
@@ -50,7 +62,11 @@ impl Piece {
 #[derive(Clone, Debug, Default)]
 pub(super) struct SweepScratch {
     order: Vec<u64>,
+    sorted: Vec<u64>,
+    starts: Vec<u32>,
     active: Vec<u32>,
+    /// Of the active pieces, at both ends of what is looked at.
+    heights: Vec<[f64; 2]>,
 }
 
 /// Gives to `show` the visible parts (number, from, to) of all pieces, from the smallest place on.
@@ -70,12 +86,14 @@ pub(super) fn visible_parts(
     if pieces.iter().all(Piece::hides) {
         return;
     }
-    let order = &mut scratch.order;
-    order.clear();
-    // Places are not negative, so their bits sort as they do.
-    let key = |piece: &Piece| u64::from((piece.s[0].max(0.0) as f32).to_bits()) << 32;
-    order.extend((0u64..).zip(pieces).map(|(i, piece)| key(piece) | i));
-    order.sort_unstable();
+    let SweepScratch {
+        order,
+        sorted,
+        starts,
+        active,
+        heights,
+    } = scratch;
+    sort(pieces, order, sorted, starts);
     let mut shown = Shown {
         last: None,
         show: |number: u32, from: f64, to: f64| {
@@ -84,31 +102,38 @@ pub(super) fn visible_parts(
             }
         },
     };
-    let active = &mut scratch.active;
     active.clear();
     let mut next = 0;
     let mut x = 0.0f64;
     let start_of = |next: usize| {
         order
             .get(next)
-            .map(|&key| (key as u32, pieces[key as u32 as usize].s[0]))
+            .map_or(f64::INFINITY, |&key| pieces[key as u32 as usize].s[0])
     };
+    let mut start = start_of(0);
     loop {
         if active.is_empty() {
-            let Some((_, start)) = start_of(next) else { break };
+            if next >= order.len() {
+                break;
+            }
             x = x.max(start);
         }
-        while let Some((number, start)) = start_of(next)
-            && start <= x
-        {
-            active.push(number);
+        while start <= x && next < order.len() {
+            active.push(order[next] as u32);
             next += 1;
+            start = start_of(next);
         }
-        let mut end = start_of(next).map_or(f64::INFINITY, |(_, start)| start);
-        active.retain(|&number| pieces[number as usize].s[1] > x);
-        for &number in active.iter() {
-            end = end.min(pieces[number as usize].s[1]);
+        let (mut end, mut kept) = (start, 0);
+        for i in 0..active.len() {
+            let number = active[i];
+            let last = pieces[number as usize].s[1];
+            active[kept] = number;
+            if last > x {
+                kept += 1;
+                end = end.min(last);
+            }
         }
+        active.truncate(kept);
         if active.is_empty() {
             continue;
         }
@@ -118,15 +143,18 @@ pub(super) fn visible_parts(
             continue;
         }
         // Between x and end the same pieces are there; they may cross.
-        let top = highest(pieces, active, x, end);
-        let piece = &pieces[top as usize];
-        let (here, there) = (piece.at(x), piece.at(end));
+        heights.clear();
+        heights.extend(active.iter().map(|&number| {
+            let piece = &pieces[number as usize];
+            [piece.at(x), piece.at(end)]
+        }));
+        let top = highest(heights);
+        let [here, there] = heights[top];
         let mut until = end;
-        for &number in active.iter() {
-            let other = &pieces[number as usize];
-            let after = other.at(end) - there;
-            if after > 0.0 && number != top {
-                let before = here - other.at(x);
+        for (i, other) in heights.iter().enumerate() {
+            let after = other[1] - there;
+            if after > 0.0 && i != top {
+                let before = here - other[0];
                 let crossing = x + (end - x) * (before.max(0.0) / (before.max(0.0) + after));
                 // Ties at x were decided by what is higher at the end.
                 if crossing > x {
@@ -134,19 +162,76 @@ pub(super) fn visible_parts(
                 }
             }
         }
-        shown.add(top, x, until);
+        shown.add(active[top], x, until);
         x = until;
     }
     shown.finish();
 }
 
-/// The highest piece just after `x`: among those that are equal there, the highest at `end`.
-fn highest(pieces: &[Piece], active: &[u32], x: f64, end: f64) -> u32 {
-    let mut best = active[0];
-    let (mut here, mut there) = (pieces[best as usize].at(x), pieces[best as usize].at(end));
-    for &number in &active[1..] {
-        let piece = &pieces[number as usize];
-        let (w, v) = (piece.at(x), piece.at(end));
+/// Fewer pieces than this are sorted at once.
+const FEW: usize = 24;
+
+/// Fills `order` with the numbers of all pieces by where they begin; places are in the upper half.
+fn sort(pieces: &[Piece], order: &mut Vec<u64>, sorted: &mut Vec<u64>, starts: &mut Vec<u32>) {
+    // Places are not negative, so their bits sort as they do.
+    let place = |piece: &Piece| piece.s[0].max(0.0) as f32;
+    order.clear();
+    order.extend(
+        (0u64..)
+            .zip(pieces)
+            .map(|(i, piece)| u64::from(place(piece).to_bits()) << 32 | i),
+    );
+    if order.len() < FEW {
+        order.sort_unstable();
+        return;
+    }
+    // Into buckets along the edge, as many as there are pieces.
+    let last = order.len() - 1;
+    let scale = order.len() as f32;
+    let bucket = |key: u64| ((f32::from_bits((key >> 32) as u32) * scale) as usize).min(last);
+    starts.clear();
+    starts.resize(order.len() + 1, 0);
+    for &key in &*order {
+        starts[bucket(key) + 1] += 1;
+    }
+    for i in 1..starts.len() {
+        starts[i] += starts[i - 1];
+    }
+    sorted.clear();
+    sorted.resize(order.len(), 0);
+    for &key in &*order {
+        let start = &mut starts[bucket(key)];
+        sorted[*start as usize] = key;
+        *start += 1;
+    }
+    std::mem::swap(order, sorted);
+    // A bucket now ends where it said that the next one begins. Those with many pieces are sorted by themselves, the others by insertion.
+    let mut start = 0;
+    for &end in &starts[..=last] {
+        let range = &mut order[start as usize..end as usize];
+        start = end;
+        if range.len() > FEW {
+            range.sort_unstable();
+            continue;
+        }
+        for i in 1..range.len() {
+            let key = range[i];
+            let mut place = i;
+            while place > 0 && range[place - 1] > key {
+                range[place] = range[place - 1];
+                place -= 1;
+            }
+            range[place] = key;
+        }
+    }
+}
+
+/// The number of the highest piece just after a place, given heights there and at the end of what is looked at: among those that are
+/// equal there, the highest at the end.
+fn highest(heights: &[[f64; 2]]) -> usize {
+    let mut best = 0;
+    let [mut here, mut there] = heights[0];
+    for (number, &[w, v]) in heights.iter().enumerate().skip(1) {
         let tie = 1e-12 * (w.abs() + here.abs());
         if w > here + tie || (w >= here - tie && v > there) {
             (best, here, there) = (number, w, v);
@@ -218,6 +303,28 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn pieces_are_sorted_by_where_they_begin(
+            places in prop::collection::vec((0u16..2000, 0u8..4), 1..200),
+            far in prop::collection::vec(0u8..2, 0..80),
+        ) {
+            // Spread out, in heaps, and at the ends.
+            let place = |(x, kind): (u16, u8)| match kind {
+                0 => f64::from(x) / 2000.0,
+                1 => 0.5 + f64::from(x) * 1e-9,
+                2 => f64::from(x / 1000),
+                _ => f64::from(x / 100) / 20.0,
+            };
+            let places = places.into_iter().map(place).chain(far.into_iter().map(f64::from));
+            let pieces: Vec<Piece> = places.map(|s| piece([s, 2.0], [1.0; 2])).collect();
+            let (mut order, mut sorted, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+            sort(&pieces, &mut order, &mut sorted, &mut starts);
+            let mut expected: Vec<usize> = (0..pieces.len()).collect();
+            expected.sort_by(|&a, &b| (pieces[a].s[0] as f32).total_cmp(&(pieces[b].s[0] as f32)));
+            let numbers: Vec<usize> = order.iter().map(|&key| key as u32 as usize).collect();
+            prop_assert_eq!(numbers, expected);
+        }
+
         #[test]
         fn the_envelope_is_the_largest_everywhere(
             raw in prop::collection::vec((0u8..16, 0u8..16, 0u8..8, 0u8..8, prop::bool::weighted(0.1)), 1..24),

@@ -51,6 +51,22 @@ pub(super) struct Event {
     pub(super) own: [u32; 2],
 }
 
+impl Event {
+    /// A VE event in whose plane all of the light lies.
+    pub(super) fn is_flat(&self) -> bool {
+        self.kinds == Kinds::BOTH && matches!(self.source, ShadowSource::Edge { .. })
+    }
+}
+
+/// Both are flat events of the same edge.
+pub(super) fn in_one_plane(a: &Event, b: &Event) -> bool {
+    let edge = |event: &Event| match event.source {
+        ShadowSource::Edge { edge, .. } if event.is_flat() => Some(edge),
+        _ => None,
+    };
+    edge(a).is_some() && edge(a) == edge(b)
+}
+
 /// Where on a line, between its ends, an event begins that contains it.
 const ALONG: [f64; 3] = [0.25, 0.5, 0.75];
 
@@ -71,6 +87,7 @@ pub(super) fn find_events(
     scratch: &mut EventScratch,
     events: &mut Vec<Event>,
 ) {
+    let begin = events.len();
     let mesh = &*blocker.mesh;
     let corners: Vec<DVec3> = light
         .corners()
@@ -134,6 +151,7 @@ pub(super) fn find_events(
     if light.sides() == 0 {
         return;
     }
+    gather_flat(&mut events[begin..]);
     // At a vertex where an event begins some edge is a silhouette for some place of the light.
     scratch.found.clear();
     mesh.edges()
@@ -185,6 +203,16 @@ pub(super) fn find_events(
                 }
             },
         );
+    }
+}
+
+/// Puts the flat events behind the others, those of one edge together.
+fn gather_flat(events: &mut [Event]) {
+    if events.iter().any(Event::is_flat) {
+        events.sort_by_key(|event| match event.source {
+            ShadowSource::Edge { edge, .. } if event.is_flat() => (true, edge),
+            _ => (false, 0),
+        });
     }
 }
 

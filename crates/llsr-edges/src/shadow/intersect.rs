@@ -3,9 +3,9 @@
 use llsr_scene::{LightId, ObjectId, Triple};
 
 use super::envelope::{Piece, SweepScratch, visible_parts};
-use super::events::Event;
+use super::events::{Event, in_one_plane};
 use super::scene::ShadowScene;
-use super::section::{Part, SectionScratch, Target, cut, point_of};
+use super::section::{Part, SectionScratch, Target, cut, each_part};
 use super::{ShadowEdge, ShadowSource, ShadowStatistics};
 
 /// Fewer events than this are not looked at together.
@@ -40,6 +40,8 @@ pub(super) struct Scratch {
     parts: Vec<Part>,
     sweep: SweepScratch,
     pieces: Vec<Piece>,
+    /// Visible parts of an event: piece, from, to.
+    shown: Vec<(u32, f64, f64)>,
     touched: Vec<Event>,
     is_touched: Vec<bool>,
     edges: Vec<ShadowEdge>,
@@ -185,6 +187,7 @@ impl Chunk {
             ..
         } = pairing;
         let mut found = 0;
+        let mut shown = std::mem::take(&mut scratch.shown);
         each_event(
             scene,
             pairing,
@@ -193,13 +196,14 @@ impl Chunk {
             statistics,
             |event, pieces, sweep| {
                 found += pieces.len();
-                visible_parts(pieces, sweep, |number, from, to| {
+                visible_parts(pieces, sweep, |number, from, to| shown.push((number, from, to)));
+                each_part(event, pieces, &shown, |number, points| {
                     let piece = &pieces[number as usize];
-                    let points = [from, to].map(|s| point_of(event, s, piece.at(s)));
                     if !points.iter().any(|&p| source.reaches(p)) {
                         return;
                     }
-                    let segment = points.map(|p| p.as_vec3());
+                    let [a, b] = points;
+                    let segment = [a.as_vec3(), b.as_vec3()];
                     if segment[0] == segment[1] || !segment.iter().all(|p| p.is_finite()) {
                         return;
                     }
@@ -217,9 +221,11 @@ impl Chunk {
                         });
                     }
                 });
+                shown.clear();
                 ends.push(edges.len() as u32);
             },
         );
+        scratch.shown = shown;
         statistics.pieces += found;
     }
 }
@@ -237,12 +243,30 @@ fn each_event(
         ShadowSource::Edge { .. } => Some(event.points[0]),
         ShadowSource::Vertex { .. } | ShadowSource::Gap { .. } => None,
     };
-    for group in events.chunk_by(|a, b| corner(a) == corner(b)) {
+    for group in events.chunk_by(|a, b| in_one_plane(a, b) || corner(a) == corner(b) && !b.is_flat()) {
+        if group.len() > 1 && group[0].is_flat() {
+            scratch.parts.resize_with(pairing.receivers.len(), Part::default);
+            for (part, &id) in scratch.parts.iter_mut().zip(pairing.receivers) {
+                match scene.object(id) {
+                    Some(receiver) => part.set_plane(group, receiver, &mut scratch.section, statistics),
+                    None => part.set_whole(),
+                }
+            }
+            each_alone(scene, pairing, group, scratch, statistics, &mut then);
+            continue;
+        }
         let is_together = group.first().and_then(corner).is_some();
         let (mut rest, mut most) = (group, group.len());
         while !rest.is_empty() {
+            let wide = rest.iter().take_while(|event| is_wide(event)).count();
             // Halved until its events lie near enough to each other.
-            let mut length = most.min(rest.len());
+            let mut length = if wide > 0 {
+                wide
+            } else {
+                let narrow = rest.iter().take(most).take_while(|event| !is_wide(event));
+                narrow.count()
+            };
+            let is_together = is_together && wide == 0;
             while !narrow(scene, pairing, &rest[..length], is_together, scratch, statistics) {
                 if length <= GROUP {
                     narrow(scene, pairing, &rest[..length], false, scratch, statistics);
@@ -250,33 +274,56 @@ fn each_event(
                 }
                 length = (length / 2).max(GROUP);
             }
-            most = 2 * length;
+            most = (2 * length).max(GROUP);
             let (now, later) = rest.split_at(length);
             rest = later;
-            for event in now {
-                scratch.pieces.clear();
-                for (slot, &id) in (0u32..).zip(pairing.receivers) {
-                    let Some(receiver) = scene.object(id) else {
-                        continue;
-                    };
-                    let target = Target {
-                        receiver,
-                        part: &scratch.parts[slot as usize],
-                        slot,
-                        is_own: id == pairing.blocker,
-                    };
-                    cut(
-                        event,
-                        target,
-                        &mut scratch.section,
-                        &mut scratch.pieces,
-                        statistics,
-                    );
-                }
-                then(event, &scratch.pieces, &mut scratch.sweep);
-            }
+            each_alone(scene, pairing, now, scratch, statistics, &mut then);
         }
     }
+}
+
+/// Gives to `then` each event with the pieces in its wedge of the parts of the receivers that were chosen for all of them.
+fn each_alone(
+    scene: &ShadowScene,
+    pairing: Pairing<'_>,
+    events: &[Event],
+    scratch: &mut Scratch,
+    statistics: &mut ShadowStatistics,
+    then: &mut impl FnMut(&Event, &[Piece], &mut SweepScratch),
+) {
+    for event in events {
+        scratch.pieces.clear();
+        for (slot, &id) in (0u32..).zip(pairing.receivers) {
+            let Some(receiver) = scene.object(id) else {
+                continue;
+            };
+            let target = Target {
+                receiver,
+                part: &scratch.parts[slot as usize],
+                slot,
+                is_own: id == pairing.blocker,
+            };
+            cut(
+                event,
+                target,
+                &mut scratch.section,
+                &mut scratch.pieces,
+                statistics,
+            );
+        }
+        then(event, &scratch.pieces, &mut scratch.sweep);
+    }
+}
+
+/// Square of the cosine of the largest angle, about 7 degrees, at which an event's edge is seen from its corner if it is to be looked at
+/// together with others: wedges of wider ones meet so much that a beam around several meets too much.
+const NARROWEST: f64 = 0.985;
+
+fn is_wide(event: &Event) -> bool {
+    let [corner, a, b] = event.points;
+    let (a, b) = (a - corner, b - corner);
+    let along = a.dot(b);
+    along < 0.0 || along * along < NARROWEST * a.length_squared() * b.length_squared()
 }
 
 /// Finds the parts of the receivers near `events`. False if these are too far from each other to be looked at together.
@@ -300,4 +347,95 @@ fn narrow(
         }
     }
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Affine3A, DVec3, Quat, Vec3};
+    use llsr_scene::{AreaLight, AreaShape, Light, LinearLight, Material, Mesh, Scene};
+    use llsr_testkit::edges::bumpy_sphere;
+
+    use super::super::events::{EventScratch, find_events};
+    use super::super::scene::ShadowOptions;
+    use super::*;
+
+    /// Edges of all events of the bars above a sphere with bumps, computed together or one by one.
+    fn edges(light: &Light, turned: Quat, together: bool) -> Vec<ShadowEdge> {
+        let mut scene = Scene::new("bars above a sphere");
+        let grey = scene.add_material(Material::diffuse("grey", Vec3::splat(0.5)));
+        let sphere = scene.add_mesh(bumpy_sphere(60, 0.02, 3));
+        scene.objects[sphere.index()].transform = Affine3A::from_quat(turned);
+        let mut bars = Mesh::default();
+        for i in 0..4u8 {
+            let x = -0.9 + 0.5 * f32::from(i);
+            bars.append(&Mesh::cuboid(
+                "",
+                Vec3::new(x, 1.5, -1.5),
+                Vec3::new(x + 0.1, 1.6, 1.5),
+                grey,
+            ));
+            bars.append(&Mesh::cuboid(
+                "",
+                Vec3::new(-1.5, 1.7, x),
+                Vec3::new(1.5, 1.8, x + 0.1),
+                grey,
+            ));
+        }
+        let bars = scene.add_mesh(bars);
+        scene.lights.push(light.clone());
+        let (prepared, left_out) = ShadowScene::new(&scene, ShadowOptions::default());
+        assert!(left_out.is_empty(), "all take part");
+        let (light, blocker) = (LightId::from(0), prepared.object(bars).expect("there"));
+        let mut events = Vec::new();
+        let source = prepared.light(light).expect("there");
+        find_events(source, blocker, &mut EventScratch::default(), &mut events);
+        let pairing = Pairing {
+            light,
+            blocker: bars,
+            receivers: &[sphere, bars],
+            added: None,
+        };
+        let length = if together { events.len() } else { 1 };
+        let (mut chunk, mut scratch) = (Chunk::default(), Scratch::default());
+        let parts = events.chunks(length).flat_map(|events| {
+            chunk.update(&prepared, pairing, events, &mut scratch);
+            chunk.edges().to_vec()
+        });
+        parts.collect()
+    }
+
+    #[test]
+    fn events_of_one_plane_give_what_each_gives_alone() {
+        let along = |z: f64| {
+            Light::Linear(LinearLight::new(
+                "",
+                DVec3::new(-0.4, 3.0, z),
+                DVec3::new(0.5, 3.0, z),
+                1.0,
+            ))
+        };
+        let askew = Light::Linear(LinearLight::new(
+            "",
+            DVec3::new(-0.4, 3.0, 0.0),
+            DVec3::new(0.5, 3.2, 0.3),
+            1.0,
+        ));
+        // In one plane with the upper sides of the bars along x, and no line.
+        let panel = Light::Area(AreaLight {
+            name: String::new(),
+            shape: AreaShape::Rect {
+                corner: DVec3::new(-0.4, 1.8, 0.25),
+                along: DVec3::X * 0.8,
+                across: DVec3::Z * 0.3,
+            },
+            flux: 1.0,
+            color: Vec3::ONE,
+        });
+        for light in [along(0.03), along(-0.7), askew, panel] {
+            let turned = Quat::from_rotation_x(0.7);
+            let (together, alone) = (edges(&light, turned, true), edges(&light, turned, false));
+            assert!(alone.len() > 100, "{} edges of {light:?}", alone.len());
+            assert!(together == alone, "{light:?}");
+        }
+    }
 }

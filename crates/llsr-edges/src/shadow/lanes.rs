@@ -9,7 +9,7 @@
     )
 )]
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use super::section::Frame;
 
@@ -58,11 +58,12 @@ impl Rule {
     };
 }
 
+/// The corners of eight faces: corner, axis, lane.
+pub(super) type Corners<'a> = [[&'a [f32; LANES]; 3]; 3];
+
 /// Up to eight faces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
-    /// Corner, axis, lane.
-    corners: [[Lanes; 3]; 3],
     /// Height of each corner above the event's plane.
     height: [Lanes; 3],
     alpha: [Lanes; 3],
@@ -73,38 +74,39 @@ pub(super) struct Batch {
     is_near: [bool; LANES],
 }
 
-/// Where the faces of a batch lie in the wedge, along its edge and in inverse distance.
+/// Where the faces of a batch lie in the wedge, along its edge from the smaller place on, and in inverse distance.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Found {
     s: [Lanes; 2],
-    w: [Lanes; 2],
+    w: Lanes,
+    slope: Lanes,
     is_visible: [bool; LANES],
     hiding: [Lanes; 2],
     is_hiding: [bool; LANES],
 }
 
 impl Found {
-    /// The part behind the blocker.
-    pub(super) fn visible(&self, lane: usize) -> Option<([f64; 2], [f64; 2])> {
-        self.is_visible[lane].then(|| (self.s.map(|s| s[lane]), self.w.map(|w| w[lane])))
+    /// A bit for each lane with a part behind the blocker, and for each with one on the light's side of it.
+    pub(super) fn lanes(&self) -> [u8; 2] {
+        [self.is_visible, self.is_hiding].map(|lanes| {
+            // Eight bytes, each 0 or 1, moved to the eight highest bits.
+            let bytes = u64::from_le_bytes(lanes.map(u8::from));
+            (bytes.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
+        })
+    }
+
+    /// The part of a face behind the blocker: its ends, inverse distance at the first, and the change of that along the edge.
+    pub(super) fn visible(&self, lane: usize) -> ([f64; 2], f64, f64) {
+        (self.s.map(|s| s[lane]), self.w[lane], self.slope[lane])
     }
 
     /// The part on the light's side of it.
-    pub(super) fn hiding(&self, lane: usize) -> Option<[f64; 2]> {
-        self.is_hiding[lane].then(|| self.hiding.map(|s| s[lane]))
+    pub(super) fn hiding(&self, lane: usize) -> [f64; 2] {
+        self.hiding.map(|s| s[lane])
     }
 }
 
 impl Batch {
-    /// Puts a face into a lane.
-    pub(super) fn set(&mut self, lane: usize, corners: [Vec3; 3]) {
-        for (to, corner) in self.corners.iter_mut().zip(corners) {
-            for (axis, x) in corner.to_array().into_iter().enumerate() {
-                to[axis][lane] = f64::from(x);
-            }
-        }
-    }
-
     /// Takes a face out.
     pub(super) fn drop(&mut self, lane: usize) {
         self.facing[lane] = -1.0;
@@ -125,13 +127,19 @@ impl Batch {
 
     /// Finds the places of all corners in the event's frame. Faces of a solid that turn away from both of
     /// `seen_from` are dropped.
-    pub(super) fn place(&mut self, frame: &Frame, rule: Rule, seen_from: Option<[DVec3; 2]>) {
+    pub(super) fn place(
+        &mut self,
+        corners: Corners<'_>,
+        frame: &Frame,
+        rule: Rule,
+        seen_from: Option<[DVec3; 2]>,
+    ) {
         #[cfg(target_arch = "x86_64")]
         if is_wide() {
             // SAFETY: the processor has the instructions.
-            return unsafe { place_wide(self, frame, rule, seen_from) };
+            return unsafe { place_wide(self, corners, frame, rule, seen_from) };
         }
-        place(self, frame, rule, seen_from);
+        place(self, corners, frame, rule, seen_from);
     }
 
     /// Cuts all faces.
@@ -156,8 +164,14 @@ fn is_wide() -> bool {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
-fn place_wide(batch: &mut Batch, frame: &Frame, rule: Rule, seen_from: Option<[DVec3; 2]>) {
-    place(batch, frame, rule, seen_from);
+fn place_wide(
+    batch: &mut Batch,
+    corners: Corners<'_>,
+    frame: &Frame,
+    rule: Rule,
+    seen_from: Option<[DVec3; 2]>,
+) {
+    place(batch, corners, frame, rule, seen_from);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -166,16 +180,53 @@ fn cut_wide(batch: &Batch, rule: Rule, found: &mut Found) {
     cut(batch, rule, found);
 }
 
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw")]
+fn points_wide(frame: [DVec3; 3], sign: f64, s: &Lanes, w: &Lanes, points: &mut [Lanes; 3]) {
+    points_at(frame, sign, s, w, points);
+}
+
+/// The points of an event at eight places `s` along its edge and inverse distances `w`, by axis, in the frame of its points: first +
+/// sign (second + (third - second) s - first) / w.
+pub(super) fn points(frame: [DVec3; 3], sign: f64, s: &Lanes, w: &Lanes, points: &mut [Lanes; 3]) {
+    #[cfg(target_arch = "x86_64")]
+    if is_wide() {
+        // SAFETY: the processor has the instructions.
+        return unsafe { points_wide(frame, sign, s, w, points) };
+    }
+    points_at(frame, sign, s, w, points);
+}
+
 #[inline(always)]
-fn place(batch: &mut Batch, frame: &Frame, rule: Rule, seen_from: Option<[DVec3; 2]>) {
+fn points_at(frame: [DVec3; 3], sign: f64, s: &Lanes, w: &Lanes, points: &mut [Lanes; 3]) {
+    let [first, second, third] = frame.map(|p| p.to_array());
+    for axis in 0..3 {
+        let (from, length) = (second[axis], third[axis] - second[axis]);
+        for lane in 0..LANES {
+            let along = from + length * s[lane];
+            points[axis][lane] = first[axis] + sign * (along - first[axis]) / w[lane];
+        }
+    }
+}
+
+#[inline(always)]
+fn place(batch: &mut Batch, corners: Corners<'_>, frame: &Frame, rule: Rule, seen_from: Option<[DVec3; 2]>) {
     let Batch {
-        corners,
         height,
         alpha,
         beta,
         facing,
         is_near,
     } = batch;
+    let mut wide = [[[0.0; LANES]; 3]; 3];
+    for corner in 0..3 {
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                wide[corner][axis][lane] = f64::from(corners[corner][axis][lane]);
+            }
+        }
+    }
+    let corners = &wide;
     let flat = FLAT * frame.normal.length();
     *is_near = [false; LANES];
     for corner in 0..3 {
@@ -198,7 +249,7 @@ fn place(batch: &mut Batch, frame: &Frame, rule: Rule, seen_from: Option<[DVec3;
         *facing = [1.0; LANES];
         return;
     };
-    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &*corners;
+    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
     for lane in 0..LANES {
         let (ux, uy, uz) = (bx[lane] - ax[lane], by[lane] - ay[lane], bz[lane] - az[lane]);
         let (vx, vy, vz) = (cx[lane] - ax[lane], cy[lane] - ay[lane], cz[lane] - az[lane]);
@@ -253,15 +304,43 @@ fn cut(batch: &Batch, rule: Rule, found: &mut Found) {
         second[0][lane] = at(a[0], a[2], h[0], h[2], q);
         second[1][lane] = at(b[0], b[2], h[0], h[2], q);
     }
+    let (mut s, mut w) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
     part(
         &first,
         &second,
         1.0,
         [rule.nearest, 1e30],
-        &mut found.s,
-        &mut found.w,
+        &mut s,
+        &mut w,
         &mut found.is_visible,
     );
+    let mut any = false;
+    for lane in 0..LANES {
+        crosses[lane] &= facing[lane] > 0.0;
+        found.is_visible[lane] &= crosses[lane];
+        let (from, to) = (
+            rule.sign * first[0][lane] + rule.sign * first[1][lane],
+            rule.sign * second[0][lane] + rule.sign * second[1][lane],
+        );
+        let [low, high] = rule.hiding;
+        let beyond = (from < low) & (to < low) | (from > high) & (to > high);
+        any |= crosses[lane] & !beyond;
+    }
+    for lane in 0..LANES {
+        let turned = s[0][lane] > s[1][lane];
+        let start = if turned { s[1][lane] } else { s[0][lane] };
+        let end = if turned { s[0][lane] } else { s[1][lane] };
+        let here = if turned { w[1][lane] } else { w[0][lane] };
+        let there = if turned { w[0][lane] } else { w[1][lane] };
+        (found.s[0][lane], found.s[1][lane]) = (start, end);
+        found.w[lane] = here;
+        found.slope[lane] = (there - here) / (end - start);
+    }
+    // Most faces lie behind the blocker.
+    if !any {
+        found.is_hiding = [false; LANES];
+        return;
+    }
     let mut unused = [[0.0; LANES]; 2];
     part(
         &first,
@@ -272,10 +351,8 @@ fn cut(batch: &Batch, rule: Rule, found: &mut Found) {
         &mut unused,
         &mut found.is_hiding,
     );
-    for lane in 0..LANES {
-        let met = crosses[lane] & (facing[lane] > 0.0);
-        found.is_visible[lane] &= met;
-        found.is_hiding[lane] &= met;
+    for (hides, crosses) in found.is_hiding.iter_mut().zip(crosses) {
+        *hides &= crosses;
     }
 }
 
@@ -330,9 +407,26 @@ fn part(
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
     use proptest::prelude::*;
 
     use super::*;
+
+    fn columns(faces: &[[Vec3; 3]]) -> [[[f32; LANES]; 3]; 3] {
+        let mut columns = [[[0.0; LANES]; 3]; 3];
+        for (lane, face) in faces.iter().enumerate() {
+            for (corner, p) in face.iter().enumerate() {
+                for axis in 0..3 {
+                    columns[corner][axis][lane] = p[axis];
+                }
+            }
+        }
+        columns
+    }
+
+    fn borrowed(columns: &[[[f32; LANES]; 3]; 3]) -> Corners<'_> {
+        columns.each_ref().map(|axes| axes.each_ref())
+    }
 
     fn vector(x: [i16; 3]) -> Vec3 {
         Vec3::from_array(x.map(|x| f32::from(x) / 1024.0))
@@ -405,32 +499,41 @@ mod tests {
             let rule = if is_edge { Rule::EDGE } else { Rule::VERTEX };
             let (mut batch, mut found) = (Batch::default(), Found::default());
             let corners: Vec<[Vec3; 3]> = faces.iter().map(|f| f.map(vector)).collect();
-            for (lane, &face) in corners.iter().enumerate() {
-                batch.set(lane, face);
-            }
-            batch.place(&frame, rule, None);
+            let columns = columns(&corners);
+            batch.place(borrowed(&columns), &frame, rule, None);
             batch.cut(rule, &mut found);
+            let is_in = |lanes: u8, lane: usize| lanes >> lane & 1 == 1;
+            let [visible, hiding] = found.lanes();
             for (lane, &face) in corners.iter().enumerate() {
-                let visible = found.visible(lane).map(|(s, _)| s);
-                check(face, &frame, [rule.nearest, 1e30], 1.0, visible)?;
-                check(face, &frame, rule.hiding, rule.sign, found.hiding(lane))?;
-                if let Some((s, w)) = found.visible(lane) {
+                let range = is_in(visible, lane).then(|| found.visible(lane).0);
+                check(face, &frame, [rule.nearest, 1e30], 1.0, range)?;
+                let range = is_in(hiding, lane).then(|| found.hiding(lane));
+                check(face, &frame, rule.hiding, rule.sign, range)?;
+                if is_in(visible, lane) {
+                    let (s, w, slope) = found.visible(lane);
+                    prop_assert!(s[0] < s[1], "from the smaller place on");
                     for i in 0..2 {
-                        let at = origin + (d0 * (1.0 - s[i]) + d1 * s[i]) / w[i];
+                        let w = w + slope * (s[i] - s[0]);
+                        let at = origin + (d0 * (1.0 - s[i]) + d1 * s[i]) / w;
                         let [a, b, c] = face.map(|p| p.as_dvec3());
                         let normal = (b - a).cross(c - a);
                         let off = normal.dot(at - a).abs();
-                        prop_assert!(off < 1e-6 * (1.0 + w[i].recip()), "{at} lies in the face's plane: {off}");
+                        prop_assert!(off < 1e-6 * (1.0 + w.recip()), "{at} lies in the face's plane: {off}");
                     }
                 }
             }
             // The copy for any processor gives the same bits.
             let (mut plain, mut plain_found) = (batch.clone(), Found::default());
-            place(&mut plain, &frame, rule, None);
+            place(&mut plain, borrowed(&columns), &frame, rule, None);
             cut(&plain, rule, &mut plain_found);
+            prop_assert_eq!(found.lanes(), plain_found.lanes());
             for lane in 0..LANES {
-                prop_assert_eq!(found.visible(lane), plain_found.visible(lane));
-                prop_assert_eq!(found.hiding(lane), plain_found.hiding(lane));
+                if is_in(visible, lane) {
+                    prop_assert_eq!(found.visible(lane), plain_found.visible(lane));
+                }
+                if is_in(hiding, lane) {
+                    prop_assert_eq!(found.hiding(lane), plain_found.hiding(lane));
+                }
             }
         }
     }
@@ -449,17 +552,13 @@ mod tests {
         ];
         let own = (DVec3::Z * 3.0 + DVec3::new(0.1, 0.0, -1.0)).as_vec3();
         let (mut batch, mut found) = (Batch::default(), Found::default());
-        for (lane, face) in [[a, b, c], [b, a, c], [own, c, b], [a, b, c]]
-            .into_iter()
-            .enumerate()
-        {
-            batch.set(lane, face);
-        }
-        batch.place(&frame, Rule::EDGE, Some([DVec3::Z * 3.0; 2]));
+        let columns = columns(&[[a, b, c], [b, a, c], [own, c, b], [a, b, c]]);
+        batch.place(borrowed(&columns), &frame, Rule::EDGE, Some([DVec3::Z * 3.0; 2]));
         assert!(batch.is_near(2) && !batch.is_near(0), "a corner of the edge");
         batch.drop(3);
         batch.cut(Rule::EDGE, &mut found);
-        let met = [0, 1, 3].map(|lane| found.visible(lane).is_some());
+        let [visible, _] = found.lanes();
+        let met = [0, 1, 3].map(|lane| visible >> lane & 1 == 1);
         assert_eq!(met, [true, false, false], "front, back, taken out");
     }
 }

@@ -7,11 +7,11 @@
 //! lies behind others is one upper envelope.
 
 use glam::DVec3;
-use llsr_intervals::{Beam, FaceHit, FaceScratch, NarrowedFaces, Viewpoint, Wedge};
+use llsr_intervals::{Beam, FaceColumns, FaceHit, FaceScratch, NarrowedFaces, Viewpoint, Wedge};
 
 use super::envelope::Piece;
 use super::events::Event;
-use super::lanes::{Batch, Found, LANES, Rule};
+use super::lanes::{Batch, Corners, Found, LANES, Rule, points};
 use super::mesh::ShadowMesh;
 use super::scene::ShadowObject;
 use super::{ShadowSource, ShadowStatistics};
@@ -43,13 +43,11 @@ impl Frame {
 #[derive(Clone, Debug, Default)]
 pub(super) struct SectionScratch {
     tree: FaceScratch,
-    faces: Vec<FaceHit>,
-    batches: [Batch; BATCHES],
+    wedges: Vec<Wedge>,
+    faces: Faces,
+    batch: Batch,
     found: Found,
 }
-
-/// Batches filled before the first is cut: what was just written is not read in wider pieces at once.
-const BATCHES: usize = 4;
 
 /// Blocks of a receiver that a group of events may meet; more than this are not worth a list.
 const NARROW: usize = 256;
@@ -59,11 +57,22 @@ const NARROW: usize = 256;
 pub(super) struct Part {
     narrowed: Option<NarrowedFaces>,
     spare: NarrowedFaces,
+    /// Faces near all of the group's wedges, which lie in one plane.
+    common: Faces,
+    is_common: bool,
+}
+
+/// Faces that were found, and their corners.
+#[derive(Clone, Debug, Default)]
+struct Faces {
+    hits: Vec<FaceHit>,
+    columns: FaceColumns,
 }
 
 impl Part {
     /// All of it.
     pub(super) fn set_whole(&mut self) {
+        self.is_common = false;
         if let Some(narrowed) = self.narrowed.take() {
             self.spare = narrowed;
         }
@@ -102,6 +111,64 @@ impl Part {
         self.narrowed = Some(std::mem::take(&mut self.spare));
         true
     }
+
+    /// The faces near `events`, VE events of one edge and of places of the light in one plane with it: the tree is asked once for all of
+    /// them. All of the receiver if they do not fit together.
+    pub(super) fn set_plane(
+        &mut self,
+        events: &[Event],
+        receiver: &ShadowObject,
+        scratch: &mut SectionScratch,
+        statistics: &mut ShadowStatistics,
+    ) {
+        self.set_whole();
+        let to_object = |p: DVec3| receiver.to_object.transform_point3(p);
+        scratch.wedges.clear();
+        for event in events {
+            let [first, second, third] = event.points.map(to_object);
+            let Some(wedge) = Wedge::cone(first, [second - first, third - first]) else {
+                return;
+            };
+            scratch.wedges.push(wedge);
+        }
+        let tree = receiver.mesh.faces();
+        let Some(wedge) = Wedge::around(&scratch.wedges, tree.direction_to_frame(DVec3::X).x.recip()) else {
+            return;
+        };
+        let [Some(first), Some(last)] =
+            [events.first(), events.last()].map(|event| event.map(|event| to_object(event.points[0])))
+        else {
+            return;
+        };
+        // What turns away from both ends of a line does so from all of it.
+        if !events
+            .iter()
+            .all(|event| is_between(to_object(event.points[0]), [first, last]))
+        {
+            return;
+        }
+        let [Some(from), Some(to)] = [first, last].map(Viewpoint::at) else {
+            return;
+        };
+        let viewers = [from, to];
+        let viewers = &viewers[..if receiver.mesh.is_solid() { 2 } else { 0 }];
+        self.common.hits.clear();
+        let done = tree.query(&wedge, viewers, &mut scratch.tree, &mut self.common.hits);
+        statistics.trees.nodes += done.nodes;
+        statistics.trees.blocks += done.blocks;
+        tree.columns(&self.common.hits, &mut self.common.columns);
+        self.is_common = true;
+    }
+}
+
+/// True if a point lies between two others, up to a part in 10^9 of their distance.
+fn is_between(p: DVec3, [a, b]: [DVec3; 2]) -> bool {
+    let (along, to) = (b - a, p - a);
+    let room = 1e-9 * along.length();
+    let t = to.dot(along) / along.length_squared();
+    (0.0..=1.0).contains(&t) && to.distance(along * t) <= room
+        || p.distance(a) <= room
+        || p.distance(b) <= room
 }
 
 /// A receiver of an event.
@@ -160,17 +227,24 @@ pub(super) fn cut(
     let SectionScratch {
         tree: walk,
         faces,
-        batches,
+        batch,
         found,
+        ..
     } = scratch;
-    faces.clear();
-    let done = match &part.narrowed {
-        Some(narrowed) => tree.query_narrowed(narrowed, &wedge, walk, faces),
-        None => tree.query(&wedge, viewers, walk, faces),
+    let Faces { hits, columns } = if part.is_common {
+        &part.common
+    } else {
+        faces.hits.clear();
+        let done = match &part.narrowed {
+            Some(narrowed) => tree.query_narrowed(narrowed, &wedge, walk, &mut faces.hits),
+            None => tree.query(&wedge, viewers, walk, &mut faces.hits),
+        };
+        statistics.trees.nodes += done.nodes;
+        statistics.trees.blocks += done.blocks;
+        tree.columns(&faces.hits, &mut faces.columns);
+        faces
     };
-    statistics.trees.nodes += done.nodes;
-    statistics.trees.blocks += done.blocks;
-    statistics.faces += faces.len();
+    statistics.faces += hits.len();
     // Alpha and beta are the same in all affine frames.
     let frame = Frame::new(
         tree.to_frame(first),
@@ -180,34 +254,47 @@ pub(super) fn cut(
     let light = light.map(|p| tree.to_frame(p));
     let seen_from = solid.then_some(if is_edge { [light[0]; 2] } else { light });
     let rule = if is_edge { Rule::EDGE } else { Rule::VERTEX };
-    for run in faces.chunks(BATCHES * LANES) {
-        for (hits, batch) in run.chunks(LANES).zip(&mut *batches) {
-            for (lane, &hit) in hits.iter().enumerate() {
-                batch.set(lane, tree.corners(hit));
-            }
-        }
-        for (hits, batch) in run.chunks(LANES).zip(&mut *batches) {
-            batch.place(&frame, rule, seen_from);
-            if is_own {
-                for (lane, hit) in hits.iter().enumerate() {
-                    if batch.is_near(lane) {
-                        fix_own(&receiver.mesh, hit.face, event.own, is_edge, lane, batch);
-                    }
-                }
-            }
-        }
-        for (hits, batch) in run.chunks(LANES).zip(&*batches) {
-            batch.cut(rule, found);
+    for (number, hits) in hits.chunks(LANES).enumerate() {
+        let Some(corners) = corners_at(columns, number * LANES) else {
+            break;
+        };
+        batch.place(corners, &frame, rule, seen_from);
+        if is_own {
             for (lane, hit) in hits.iter().enumerate() {
-                if let Some((s, w)) = found.visible(lane) {
-                    pieces.push(Piece::new(s, w, slot, hit.face));
-                }
-                if let Some(s) = found.hiding(lane) {
-                    pieces.push(Piece::new(s, [Piece::HIDING; 2], slot, hit.face));
+                if batch.is_near(lane) {
+                    fix_own(&receiver.mesh, hit.face, event.own, is_edge, lane, batch);
                 }
             }
+        }
+        batch.cut(rule, found);
+        // Lanes without a face say anything.
+        let [visible, hiding] = found.lanes().map(|lanes| lanes & u8::MAX >> (LANES - hits.len()));
+        let mut left = visible | hiding;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            let face = hits[lane].face;
+            if visible >> lane & 1 == 1 {
+                let (s, w, slope) = found.visible(lane);
+                pieces.push(Piece::ordered(s, w, slope, slot, face));
+            }
+            if hiding >> lane & 1 == 1 {
+                pieces.push(Piece::new(found.hiding(lane), [Piece::HIDING; 2], slot, face));
+            }
+            left &= left - 1;
         }
     }
+}
+
+/// The corners of eight faces.
+#[inline]
+fn corners_at(columns: &FaceColumns, start: usize) -> Option<Corners<'_>> {
+    let mut corners = [[&[0.0; LANES]; 3]; 3];
+    for (corner, axes) in corners.iter_mut().enumerate() {
+        for (axis, lanes) in axes.iter_mut().enumerate() {
+            *lanes = columns.column(corner, axis).get(start..)?.first_chunk()?;
+        }
+    }
+    Some(corners)
 }
 
 /// Puts the vertices that lie in the event's plane where they are, without rounding, and drops faces at the event's
@@ -231,13 +318,41 @@ fn fix_own(mesh: &ShadowMesh, face: u32, own: [u32; 2], is_edge: bool, lane: usi
     }
 }
 
-/// The point of an event at `s` along its edge and at the inverse distance `w`, in the scene's frame.
-pub(super) fn point_of(event: &Event, s: f64, w: f64) -> DVec3 {
-    let [first, second, third] = event.points;
-    let along = second + (third - second) * s;
-    match event.source {
-        ShadowSource::Edge { .. } => first + (along - first) / w,
+/// Gives to `show` the number of each of the visible `parts` (number of the piece, from, to) of an event and its two ends, in the
+/// scene's frame.
+///
+/// A point is that of the event's edge at s, as far from the light as the inverse distance there says.
+pub(super) fn each_part(
+    event: &Event,
+    pieces: &[Piece],
+    parts: &[(u32, f64, f64)],
+    mut show: impl FnMut(u32, [DVec3; 2]),
+) {
+    let sign = match event.source {
+        ShadowSource::Edge { .. } => 1.0,
         // Gaps are no wedges and are walked by themselves.
-        ShadowSource::Vertex { .. } | ShadowSource::Gap { .. } => first + (first - along) / w,
+        ShadowSource::Vertex { .. } | ShadowSource::Gap { .. } => -1.0,
+    };
+    let (mut s, mut w) = ([[0.0; LANES]; 2], [[1.0; LANES]; 2]);
+    let mut ends = [[[0.0; LANES]; 3]; 2];
+    for parts in parts.chunks(LANES) {
+        for (lane, &(number, from, to)) in parts.iter().enumerate() {
+            let piece = &pieces[number as usize];
+            for (end, at) in [from, to].into_iter().enumerate() {
+                s[end][lane] = at;
+                w[end][lane] = piece.at(at);
+            }
+        }
+        for end in 0..2 {
+            points(event.points, sign, &s[end], &w[end], &mut ends[end]);
+        }
+        for (lane, part) in parts.iter().enumerate() {
+            let [[ax, ay, az], [bx, by, bz]] = &ends;
+            let [a, b] = [
+                DVec3::new(ax[lane], ay[lane], az[lane]),
+                DVec3::new(bx[lane], by[lane], bz[lane]),
+            ];
+            show(part.0, [a, b]);
+        }
     }
 }

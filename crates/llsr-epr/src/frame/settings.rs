@@ -126,7 +126,7 @@ pub struct FrameReport {
     pub ms: StageTimes,
     /// View edges drawn: silhouettes, creases, boundaries and outlines of primitives.
     pub silhouette_edges: usize,
-    /// Shadow edges drawn.
+    /// Lines of shadow edges drawn; two edges in one place are one.
     pub shadow_edges: usize,
     /// Shadow edges left out because other lights outshine theirs.
     pub shadow_edges_dropped: usize,

@@ -259,14 +259,22 @@ impl Maker {
                     self.edges
                         .drop_unimportant(&self.scene, self.least_share, irradiance, irradiance);
             }
-            self.segments.clear();
             let (strengths, least) = (&self.strengths, self.least_contrast);
-            let seen = self
-                .edges
-                .iter()
-                .filter(|edge| least <= 0.0 || contrast(strengths, edge) >= least);
-            self.segments.extend(seen.map(|edge| edge.segment));
-            self.left_out = self.edges.dropped() + self.edges.len() - self.segments.len();
+            // One light outshines no other.
+            let judged = least > 0.0 && strengths.len() > 1;
+            let mut left_out = 0;
+            self.segments.clear();
+            self.segments.reserve(self.edges.len());
+            for edge in self.edges.iter() {
+                let stays = !judged || contrast(strengths, edge) >= least;
+                if !stays {
+                    left_out += 1;
+                } else if self.segments.last() != Some(&edge.segment) {
+                    // Where umbra and penumbra end together there are two edges, and one line to draw.
+                    self.segments.push(edge.segment);
+                }
+            }
+            self.left_out = self.edges.dropped() + left_out;
         }
         self.ms = start.elapsed().as_secs_f64() * 1e3;
     }

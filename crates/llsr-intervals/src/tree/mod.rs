@@ -16,7 +16,7 @@ mod order;
 mod plane;
 mod scan;
 
-pub use faces::{Beam, FaceHit, FaceScratch, FaceStatistics, FaceTree, NarrowedFaces, Wedge};
+pub use faces::{Beam, FaceColumns, FaceHit, FaceScratch, FaceStatistics, FaceTree, NarrowedFaces, Wedge};
 pub use kernel::Instructions;
 pub use plane::Plane;
 pub use scan::PlaneScan;

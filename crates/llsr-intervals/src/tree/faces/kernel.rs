@@ -10,8 +10,8 @@
 use super::super::blocks::View;
 use super::super::hierarchy::{BoundsLanes, LANES, PlaneLanes};
 use super::super::kernel::Instructions;
-use super::FaceBlock;
 use super::registers::{Portable, Register};
+use super::{FaceBlock, FaceHit};
 
 /// A query's linear forms in the tree's frame, with coefficients of at most 1.
 #[derive(Clone, Copy, Debug)]
@@ -97,23 +97,40 @@ pub(super) fn test_boxes(
     }
 }
 
-/// For each block of `list`, the faces that may meet the wedge; lanes without a face give arbitrary bits.
+/// Appends the faces of the blocks of `list` that may meet the wedge.
 pub(super) fn scan_blocks(
     instructions: Instructions,
     blocks: &[FaceBlock],
     list: &[u32],
     forms: &Forms,
-    masks: &mut Vec<u16>,
+    found: &mut Vec<FaceHit>,
 ) {
-    masks.clear();
     match instructions {
         // SAFETY: `Instructions` other than portable are used only where they are available.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx512 => unsafe { blocks_avx512(blocks, list, forms, masks) },
+        Instructions::Avx512 => unsafe { blocks_avx512(blocks, list, forms, found) },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx2 => unsafe { blocks_avx2(blocks, list, forms, masks) },
-        _ => scan::<Portable>(blocks, list, forms, masks),
+        Instructions::Avx2 => unsafe { blocks_avx2(blocks, list, forms, found) },
+        _ => scan::<Portable>(blocks, list, forms, found),
+    }
+}
+
+/// Columns of coordinates by corner and axis.
+pub(super) type Columns<'a> = [[&'a mut [f32]; 3]; 3];
+
+/// Writes the corners of faces one after the other into columns that are longer by [`LANES`].
+pub(super) fn gather_columns(
+    instructions: Instructions,
+    blocks: &[FaceBlock],
+    found: &[FaceHit],
+    columns: Columns<'_>,
+) {
+    match instructions {
+        // SAFETY: `Instructions` other than portable are used only where they are available.
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Avx512 => unsafe { gather_avx512(blocks, found, columns) },
+        _ => gather::<Portable>(blocks, found, columns),
     }
 }
 
@@ -179,14 +196,20 @@ fn boxes_avx2(bounds: &[BoundsLanes], forms: &Forms, masks: &mut Vec<u16>) {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512vl")]
-fn blocks_avx512(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
-    scan::<super::registers::Avx512>(blocks, list, forms, masks);
+fn blocks_avx512(blocks: &[FaceBlock], list: &[u32], forms: &Forms, found: &mut Vec<FaceHit>) {
+    scan::<super::registers::Avx512>(blocks, list, forms, found);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn gather_avx512(blocks: &[FaceBlock], found: &[FaceHit], columns: Columns<'_>) {
+    gather::<super::registers::Avx512>(blocks, found, columns);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn blocks_avx2(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
-    scan::<super::registers::Avx2>(blocks, list, forms, masks);
+fn blocks_avx2(blocks: &[FaceBlock], list: &[u32], forms: &Forms, found: &mut Vec<FaceHit>) {
+    scan::<super::registers::Avx2>(blocks, list, forms, found);
 }
 
 // No closures below: one that is not inlined would be compiled without the instructions of its caller.
@@ -306,14 +329,14 @@ fn boxes<R: Register>(bounds: &[BoundsLanes], forms: &Forms, masks: &mut Vec<u16
 }
 
 #[inline(always)]
-fn scan<R: Register>(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &mut Vec<u16>) {
+fn scan<R: Register>(blocks: &[FaceBlock], list: &[u32], forms: &Forms, found: &mut Vec<FaceHit>) {
     let (above, below) = (R::splat(forms.pad), R::splat(-forms.pad));
     let [plane, sides @ ..] = &forms.planes;
     for i in 0..list.len() {
         if let Some(&later) = list.get(i + 6) {
             R::prefetch(&blocks[later as usize]);
         }
-        let corners = &blocks[list[i] as usize].corners;
+        let FaceBlock { corners, faces } = &blocks[list[i] as usize];
         let (mut all_above, mut all_below) = (u16::MAX, u16::MAX);
         for corner in corners {
             let height = value::<R>(plane, corner);
@@ -332,6 +355,32 @@ fn scan<R: Register>(blocks: &[FaceBlock], list: &[u32], forms: &Forms, masks: &
             }
             out |= beyond(outside, inside, forms.double);
         }
-        masks.push(!out);
+        R::push_hits(faces, !out, list[i] * LANES as u32, found);
+    }
+}
+
+#[inline(always)]
+fn gather<R: Register>(blocks: &[FaceBlock], found: &[FaceHit], columns: Columns<'_>) {
+    let mut at = 0;
+    while at < found.len() {
+        let block = found[at].place / LANES as u32;
+        let (mut mask, start) = (0u16, at);
+        while at < found.len() && found[at].place / LANES as u32 == block {
+            let bit = 1 << (found[at].place % LANES as u32);
+            // Only lanes in their order are one run.
+            if mask >= bit {
+                break;
+            }
+            mask |= bit;
+            at += 1;
+        }
+        let corners = &blocks[block as usize].corners;
+        for corner in 0..3 {
+            for axis in 0..3 {
+                if let Some(to) = columns[corner][axis][start..].first_chunk_mut() {
+                    R::compress(&corners[corner][axis], mask, to);
+                }
+            }
+        }
     }
 }

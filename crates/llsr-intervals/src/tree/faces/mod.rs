@@ -33,8 +33,9 @@ use kernel::Forms;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wedge {
-    apex: DVec3,
-    /// Unit normals of the plane through `apex` and of the two planes through it that bound the wedge.
+    /// A point of each of the planes below.
+    points: [DVec3; 3],
+    /// Unit normals of the plane in which the wedge lies and of the two planes that bound it.
     normals: [DVec3; 3],
     /// The mirror image of the wedge at its apex belongs to it.
     double: bool,
@@ -53,10 +54,53 @@ impl Wedge {
         let normal = cross.normalize();
         // Turned inwards: d1 is on the inner side of the plane through d0, and d0 of that through d1.
         Some(Self {
-            apex,
+            points: [apex; 3],
             normals: [normal, normal.cross(u), v.cross(normal)],
             double: false,
         })
+    }
+
+    /// A region of a plane that holds all of `wedges`: all that meets one of them is among what it meets.
+    ///
+    /// `None` without wedges, if they do not lie in one plane up to a part in 10^9 (of `size` for distances, m), if one has a mirror
+    /// image, or if no two of their sides have all of them between.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use llsr_intervals::Wedge;
+    ///
+    /// let edge = [DVec3::NEG_X, DVec3::X];
+    /// let of = |light: DVec3| Wedge::cone(light, edge.map(|p| p - light)).unwrap();
+    /// let both = [of(DVec3::new(-0.5, 2.0, 0.0)), of(DVec3::new(0.5, 2.0, 0.0))];
+    /// assert!(Wedge::around(&both, 4.0).is_some());
+    /// assert!(Wedge::around(&[both[0], of(DVec3::new(0.5, 2.0, 0.1))], 4.0).is_none(), "another plane");
+    /// ```
+    pub fn around(wedges: &[Self], size: f64) -> Option<Self> {
+        const SAME: f64 = 1e-9;
+        let first = wedges.first()?;
+        let [apex, normal] = [first.points[0], first.normals[0]];
+        let fits = |wedge: &Self| {
+            let off = wedge.points.iter().map(|&p| normal.dot(p - apex).abs());
+            !wedge.double && wedge.normals[0].distance(normal) < SAME && off.fold(0.0, f64::max) < SAME * size
+        };
+        if !wedges.iter().all(fits) {
+            return None;
+        }
+        // Directions of a wedge's sides.
+        let sides = |wedge: &Self| [wedge.normals[1].cross(normal), normal.cross(wedge.normals[2])];
+        let holds = |inwards: DVec3| wedges.iter().flat_map(sides).all(|d| inwards.dot(d) > -SAME);
+        let mut result = *first;
+        for side in [1, 2] {
+            let inwards = wedges
+                .iter()
+                .map(|wedge| wedge.normals[side])
+                .find(|&n| holds(n))?;
+            let height = |p: DVec3| inwards.dot(p - apex);
+            let lowest = wedges.iter().map(|wedge| wedge.points[side]);
+            result.normals[side] = inwards;
+            result.points[side] = lowest.min_by(|&p, &q| height(p).total_cmp(&height(q)))?;
+        }
+        Some(result)
     }
 
     /// The same with its mirror image at the apex: alpha and beta are both not negative, or both not positive.
@@ -82,6 +126,7 @@ pub struct FaceStatistics {
 
 /// A face that a wedge may meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
 pub struct FaceHit {
     /// The face.
     pub face: u32,
@@ -104,6 +149,30 @@ pub struct FaceScratch {
 struct FaceBlock {
     /// Corner, axis, face.
     corners: [[[f32; LANES]; 3]; 3],
+    /// The faces; [`NOTHING`] in lanes without one.
+    faces: [u32; LANES],
+}
+
+/// No face.
+const NOTHING: u32 = u32::MAX;
+
+/// Corners of many faces as a structure of arrays: see [`FaceTree::columns`].
+#[derive(Clone, Debug, Default)]
+pub struct FaceColumns {
+    /// Corner, axis; all of the same length.
+    columns: [[Vec<f32>; 3]; 3],
+}
+
+impl FaceColumns {
+    /// Coordinate `axis` of corner `corner` of all faces, in their order, and numbers without a meaning up to a multiple of sixteen
+    /// and beyond.
+    ///
+    /// # Panics
+    /// If `corner` or `axis` is above 2.
+    #[inline]
+    pub fn column(&self, corner: usize, axis: usize) -> &[f32] {
+        &self.columns[corner][axis]
+    }
 }
 
 /// A tree over triangles.
@@ -172,8 +241,10 @@ impl FaceTree {
         let blocks = map_blocks(hierarchy.blocks(), |block| {
             let mut result = FaceBlock {
                 corners: [[[0.0; LANES]; 3]; 3],
+                faces: [NOTHING; LANES],
             };
             for (lane, &face) in hierarchy.block_items(block).iter().enumerate() {
+                result.faces[lane] = face;
                 for (place, corner) in result.corners.iter_mut().zip(local(face)) {
                     for (axis, x) in corner.as_vec3().to_array().into_iter().enumerate() {
                         place[axis][lane] = x;
@@ -286,9 +357,9 @@ impl FaceTree {
     }
 
     fn forms(&self, wedge: &Wedge, viewers: &[Viewpoint]) -> Forms {
-        let apex = self.to_frame(wedge.apex);
+        let plane = |i: usize| form(wedge.normals[i], self.to_frame(wedge.points[i]));
         Forms {
-            planes: wedge.normals.map(|normal| form(normal, apex)),
+            planes: [plane(0), plane(1), plane(2)],
             double: wedge.double,
             views: self.views(viewers),
             pad: NODE_PAD,
@@ -302,26 +373,29 @@ impl FaceTree {
     }
 
     /// Appends the faces of the blocks listed in `scratch` that the wedge may meet.
-    fn scan(&self, forms: &Forms, scratch: &mut FaceScratch, found: &mut Vec<FaceHit>) {
-        kernel::scan_blocks(
-            self.instructions,
-            &self.blocks,
-            &scratch.blocks,
-            forms,
-            &mut scratch.masks,
-        );
-        for (&block, &mask) in scratch.blocks.iter().zip(&scratch.masks) {
-            let items = self.hierarchy.block_items(block as usize);
-            let mut hits = mask & u16::MAX >> (LANES - items.len());
-            while hits != 0 {
-                let lane = hits.trailing_zeros();
-                found.push(FaceHit {
-                    face: items[lane as usize],
-                    place: block * LANES as u32 + lane,
-                });
-                hits &= hits - 1;
+    fn scan(&self, forms: &Forms, scratch: &FaceScratch, found: &mut Vec<FaceHit>) {
+        kernel::scan_blocks(self.instructions, &self.blocks, &scratch.blocks, forms, found);
+    }
+
+    /// The corners of faces that were found, as [`corners`](Self::corners) gives them one by one. Replaces what is in `columns`.
+    ///
+    /// Cost: about 2 ns a face if faces of one block follow each other, as they do where [`query`](Self::query) put them.
+    ///
+    /// # Panics
+    /// May panic if a face was found in another tree.
+    pub fn columns(&self, found: &[FaceHit], columns: &mut FaceColumns) {
+        // A register may be written behind the last face.
+        let room = found.len().next_multiple_of(LANES) + LANES;
+        for column in columns.columns.iter_mut().flatten() {
+            if column.len() < room {
+                column.resize(room, 0.0);
             }
         }
+        let columns = columns
+            .columns
+            .each_mut()
+            .map(|axes| axes.each_mut().map(|column| &mut column[..room]));
+        kernel::gather_columns(self.instructions, &self.blocks, found, columns);
     }
 
     /// Box of all faces; empty without any.

@@ -11,6 +11,7 @@
 use std::arch::x86_64::*;
 
 use super::super::hierarchy::LANES;
+use super::{FaceHit, NOTHING};
 
 /// Sixteen single-precision numbers. Each value is off by at most one rounding an operation; whether a product and
 /// sum are rounded once or twice depends on the register.
@@ -26,6 +27,32 @@ pub(super) trait Register: Copy {
     /// Asks for memory that will be read soon.
     #[inline(always)]
     fn prefetch<T>(_: &T) {}
+
+    /// Appends the faces in the lanes of `mask` that hold one; `first` is the place of the first lane.
+    #[inline(always)]
+    fn push_hits(faces: &[u32; LANES], mask: u16, first: u32, found: &mut Vec<FaceHit>) {
+        let mut hits = mask;
+        while hits != 0 {
+            let lane = hits.trailing_zeros();
+            hits &= hits - 1;
+            let face = faces[lane as usize];
+            if face != NOTHING {
+                let place = first + lane;
+                found.push(FaceHit { face, place });
+            }
+        }
+    }
+
+    /// Writes the numbers in the lanes of `mask` one after the other, and anything behind them.
+    #[inline(always)]
+    fn compress(from: &[f32; LANES], mask: u16, to: &mut [f32; LANES]) {
+        let (mut left, mut next) = (mask, 0);
+        while left != 0 {
+            to[next] = from[left.trailing_zeros() as usize];
+            left &= left - 1;
+            next += 1;
+        }
+    }
 }
 
 /// For any processor.
@@ -106,6 +133,36 @@ impl Register for Avx512 {
     #[inline(always)]
     fn prefetch<T>(x: &T) {
         prefetch_lines(x);
+    }
+
+    #[inline(always)]
+    fn push_hits(faces: &[u32; LANES], mask: u16, first: u32, found: &mut Vec<FaceHit>) {
+        found.reserve(LANES);
+        // SAFETY: as above. Sixteen hits, each two numbers and nothing else, are written into memory reserved behind the
+        // list, and so many of them count as were asked for.
+        unsafe {
+            let faces = _mm512_loadu_si512(faces.as_ptr().cast());
+            let mask = _mm512_mask_cmpneq_epi32_mask(mask, faces, _mm512_set1_epi32(NOTHING as i32));
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            let places = _mm512_add_epi32(lanes, _mm512_set1_epi32(first as i32));
+            let faces = _mm512_maskz_compress_epi32(mask, faces);
+            let places = _mm512_maskz_compress_epi32(mask, places);
+            let low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+            let high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
+            let end: *mut __m512i = found.as_mut_ptr().add(found.len()).cast();
+            _mm512_storeu_si512(end, _mm512_permutex2var_epi32(faces, low, places));
+            _mm512_storeu_si512(end.add(1), _mm512_permutex2var_epi32(faces, high, places));
+            found.set_len(found.len() + mask.count_ones() as usize);
+        }
+    }
+
+    #[inline(always)]
+    fn compress(from: &[f32; LANES], mask: u16, to: &mut [f32; LANES]) {
+        // SAFETY: as above; both arrays hold one register of numbers.
+        unsafe {
+            let packed = _mm512_maskz_compress_ps(mask, _mm512_loadu_ps(from.as_ptr()));
+            _mm512_storeu_ps(to.as_mut_ptr(), packed);
+        }
     }
 }
 

@@ -140,6 +140,85 @@ fn instructions_agree_up_to_rounding() {
 }
 
 #[test]
+fn columns_hold_the_corners_of_the_faces_found() {
+    let random = &mut Pcg64Mcg::seed_from_u64(10);
+    let faces = faces(random, 2000, DVec3::ZERO);
+    let tree = FaceTree::build(2000, DVec3::ZERO, 5.0, |face| faces[face as usize]);
+    let mut scratch = FaceScratch::default();
+    let mut columns = FaceColumns::default();
+    for instructions in [Instructions::Portable, Instructions::Avx2, Instructions::Avx512] {
+        let tree = tree.clone().with_instructions(instructions);
+        let mut total = 0;
+        for round in 0..60 {
+            let apex = 3.0 * vector(random);
+            let d0 = vector(random) - apex;
+            let wedge = Wedge::cone(apex, [d0, d0 + 0.5 * vector(random)]).expect("a wedge");
+            let mut found = Vec::new();
+            tree.query(&wedge, &[], &mut scratch, &mut found);
+            // In other orders, too: places of a block may go down and come twice.
+            match round % 3 {
+                0 => found.reverse(),
+                1 => found.sort_by_key(|hit| hit.place % 7),
+                _ => {}
+            }
+            tree.columns(&found, &mut columns);
+            for (number, &hit) in found.iter().enumerate() {
+                let corners = [0, 1, 2].map(|corner| {
+                    Vec3::from_array([0, 1, 2].map(|axis| columns.column(corner, axis)[number]))
+                });
+                assert_eq!(corners, tree.corners(hit), "{instructions:?}, face {}", hit.face);
+            }
+            total += found.len();
+        }
+        assert!(total > 300, "{total} faces found");
+    }
+}
+
+#[test]
+fn what_holds_wedges_of_one_plane_meets_what_each_meets() {
+    let random = &mut Pcg64Mcg::seed_from_u64(11);
+    let center = DVec3::new(300.0, -20.0, 7000.0);
+    let faces = faces(random, 3000, center);
+    let tree = FaceTree::build(3000, center, 5.0, |face| faces[face as usize]);
+    let mut scratch = FaceScratch::default();
+    let (mut met, mut together, mut alone) = (0, 0, 0);
+    for _ in 0..200 {
+        let (a, b) = (center + vector(random), center + vector(random));
+        let (from, step) = (center + 3.0 * vector(random), 0.25 * vector(random));
+        // Places of a line in one plane with the edge a-b.
+        let along = (b - a).normalize() * step.length() + 0.05 * (from - a);
+        let apexes: Vec<DVec3> = (0..5u8).map(|i| from + along * f64::from(i)).collect();
+        let cones: Option<Vec<Wedge>> = apexes
+            .iter()
+            .map(|&apex| Wedge::cone(apex, [a - apex, b - apex]))
+            .collect();
+        let cones = cones.expect("wedges");
+        let around = Wedge::around(&cones, 5.0).expect("they lie in one plane");
+        let ends = [apexes[0], apexes[4]].map(|p| Viewpoint::at(p).expect("finite"));
+        let mut all = Vec::new();
+        tree.query(&around, &ends, &mut scratch, &mut all);
+        together += all.len();
+        let order = |hit: &FaceHit| all.iter().position(|other| other == hit);
+        for (&apex, cone) in apexes.iter().zip(&cones) {
+            let viewer = Viewpoint::at(apex).expect("finite");
+            let mut own = Vec::new();
+            tree.query(cone, &[viewer], &mut scratch, &mut own);
+            alone += own.len();
+            let d = [a - apex, b - apex];
+            own.retain(|hit| {
+                meets(faces[hit.face as usize], apex, d, 1e-9) && viewer.sees_front(faces[hit.face as usize])
+            });
+            met += own.len();
+            let places: Option<Vec<usize>> = own.iter().map(order).collect();
+            let places = places.expect("what a wedge meets is among what all meet");
+            assert!(places.is_sorted(), "and in the same order");
+        }
+    }
+    assert!(met > 2000, "{met} faces were met");
+    assert!(2 * together < alone, "{together} together, {alone} one by one");
+}
+
+#[test]
 fn facing_away_drops_subtrees() {
     // Two parallel sheets of many faces, the upper turned up, the lower turned down.
     let under = 30.0 * DVec3::Y;
