@@ -264,6 +264,12 @@ pub(crate) struct WalkArgs {
     /// Shade on threads of their own while frames are drawn, instead of a fixed number of samples between frames
     #[arg(long)]
     pub(crate) live: bool,
+    /// Memory for what global illumination remembers (MiB)
+    #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) gi_memory: u32,
+    /// Draw each frame while the samples that the one before asked for are shaded beside it: they come a frame later
+    #[arg(long, conflicts_with = "live")]
+    pub(crate) overlap: bool,
     /// New samples a frame, with --live at most [default: 1% of the pixels]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) samples_per_frame: Option<u32>,
@@ -331,6 +337,9 @@ pub(crate) struct ViewArgs {
     /// What samples are shaded with at first; N goes on to the next
     #[arg(long, value_enum, default_value_t = WalkShader::Direct)]
     pub(crate) shader: WalkShader,
+    /// Memory for what global illumination remembers (MiB)
+    #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) gi_memory: u32,
     /// New samples a frame at most [default: 2% of the pixels]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) samples_per_frame: Option<u32>,

@@ -138,6 +138,27 @@ fn live_walks_end_and_report() {
     assert_eq!(report["summary"]["holes"], 0, "no holes");
 }
 
+/// Frames drawn beside the shader have the same bits every time too, those of answers that come a frame later.
+#[test]
+fn overlapping_walks_do_not_depend_on_threads() {
+    let folder = TempDir::new().expect("a folder");
+    let hash = |more: &[&str]| {
+        let report = ["--overlap", "--move", "--add-grid", "--report", "r.json"];
+        LLSR.ok(folder.path(), &small(&[&report, more].concat()));
+        let report = parsed::<Value>(&folder.path().join("r.json"));
+        for frame in report["frames"].as_array().expect("frames") {
+            let [all, drawn] = ["seconds", "draw_seconds"].map(|key| frame[key].as_f64());
+            assert!(drawn > Some(0.0) && all >= drawn, "{frame}");
+        }
+        report["summary"]["last_frame_hash"].clone()
+    };
+    let gi = ["--shader", "gi", "--gi-memory", "1"];
+    for shader in [&[][..], &gi] {
+        let [one, two] = ["1", "2"].map(|threads| hash(&[shader, &["--threads", threads]].concat()));
+        assert_eq!(one, two, "{shader:?}");
+    }
+}
+
 #[test]
 fn a_path_is_followed() {
     let folder = TempDir::new().expect("a folder");
@@ -180,6 +201,8 @@ fn mistakes_are_named() {
         ),
         (vec!["--look-at", "0,1e300,0"], 2, "--look-at: more than 1e15 m"),
         (vec!["--samples-per-frame", "0"], 2, "--samples-per-frame"),
+        (vec!["--gi-memory", "0"], 2, "--gi-memory"),
+        (vec!["--overlap", "--live"], 2, "--live"),
         (vec!["--shader", "radiosity"], 2, "direct, glossy, gi"),
         (
             vec!["--shader-cmd", "no-such-program-anywhere"],

@@ -78,7 +78,7 @@ fn walks_have_the_same_bits_for_any_number_of_threads() {
     let (world, _) = World::new(Arc::new(scene), &[]);
     let world = Arc::new(world);
     let path = CameraPath::default_walk(&world.scene().cameras[0], 12, 10.0);
-    let run = |threads: usize, shadows_apart: bool| {
+    let run = |threads: usize, shadows_apart: bool, beside: bool| {
         let shader = DirectShader::new(Arc::clone(&world), Vec3::ONE);
         let settings = FrameSettings {
             threads,
@@ -94,19 +94,36 @@ fn walks_have_the_same_bits_for_any_number_of_threads() {
         pool.install(|| {
             lockstep.warm_up(&shader, &path.cameras[0]);
             for camera in &path.cameras {
-                lockstep.draw(camera);
-                lockstep.shade(&shader);
+                if beside {
+                    lockstep.draw_and_shade(&shader, camera);
+                } else {
+                    lockstep.draw(camera);
+                    lockstep.shade(&shader);
+                }
                 assert_eq!(lockstep.renderer.report().holes, 0, "no frame has holes");
             }
         });
         (bits(&lockstep.renderer), *lockstep.renderer.report())
     };
-    let (one, report) = run(1, false);
+    let (one, report) = run(1, false, false);
     for threads in [2, 5] {
-        assert_eq!(one, run(threads, false).0, "one thread and {threads}");
+        assert_eq!(one, run(threads, false, false).0, "one thread and {threads}");
     }
-    let (apart, apart_report) = run(1, true);
-    assert_eq!(apart, run(2, true).0, "shadows apart, one thread and two");
+    let (apart, apart_report) = run(1, true, false);
+    assert_eq!(apart, run(2, true, false).0, "shadows apart, one thread and two");
+    for shadows_apart in [false, true] {
+        let (beside, beside_report) = run(1, shadows_apart, true);
+        assert_eq!(
+            beside,
+            run(2, shadows_apart, true).0,
+            "drawn and shaded at once, one thread and two"
+        );
+        let (points, fewer) = (report.points.occupied, beside_report.points.occupied);
+        assert!(
+            fewer < points && fewer + 400 > points,
+            "the points of one frame less: {fewer} and {points}"
+        );
+    }
     assert!(apart_report.shadow_edges > 0, "{apart_report:?}");
     assert!(
         report.shadow_edges > 0 && report.silhouette_edges > 0,

@@ -24,7 +24,7 @@ mod window {
 
     use llsr_epr::{FrameSettings, movable_objects};
     use llsr_scene::Viewport;
-    use llsr_shading::{Renewal, World};
+    use llsr_shading::World;
     use llsr_viewer::{PictureSettings, ShaderChoice, ViewError, ViewReport, ViewSettings, view};
     use serde_json::json;
 
@@ -32,7 +32,7 @@ mod window {
     use crate::args::{Tone, WalkShader};
     use crate::camera;
     use crate::clock::Stopwatch;
-    use crate::command::walk::make_shader;
+    use crate::command::walk::{gi_settings, make_shader};
     use crate::load::{load, need_light};
     use crate::progress::interrupted;
     use crate::report as reports;
@@ -77,9 +77,10 @@ mod window {
         let first = SHADERS.iter().position(|(_, shader)| *shader == args.shader);
         let mut order = SHADERS;
         order.rotate_left(first.unwrap_or(0));
+        let gi = gi_settings(args.gi_memory, true);
         let shaders = order.map(|(name, shader)| ShaderChoice {
             name: name.to_owned(),
-            make: Box::new(move |world| Ok(make_shader(shader, &world, Renewal::Gradual))),
+            make: Box::new(move |world| Ok(make_shader(shader, &world, gi))),
         });
         let settings = view_settings(args, common, started);
         let world = Arc::new(world);

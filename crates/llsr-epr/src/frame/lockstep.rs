@@ -8,7 +8,8 @@ use crate::frame::{FrameRenderer, ShadowWork};
 use crate::pool::{Lockstep, shade_lockstep};
 
 /// A renderer in lockstep with a shader: a frame is [drawn](Self::draw) on the calling thread, then what it asks for is
-/// [shaded](Self::shade) with all threads of the current rayon pool, for the next frame.
+/// [shaded](Self::shade) with all threads of the current rayon pool, for the next frame. Or both go on beside each other:
+/// [`draw_and_shade`](Self::draw_and_shade).
 ///
 /// Same seed, same cameras, same bits, for any number of threads.
 ///
@@ -42,6 +43,8 @@ pub struct LockstepRenderer {
     pub samples: usize,
     points: Vec<ShadedPoint>,
     met: Encounters,
+    /// What the last frame of [`draw_and_shade`](Self::draw_and_shade) asked for.
+    open: Vec<ShadeRequest>,
     trouble: Lockstep,
 }
 
@@ -56,6 +59,7 @@ impl LockstepRenderer {
             samples,
             points: Vec::new(),
             met: Encounters::default(),
+            open: Vec::new(),
             trouble: Lockstep::default(),
         }
     }
@@ -73,6 +77,26 @@ impl LockstepRenderer {
     ///
     /// What goes wrong is counted; the picture goes on with what there is.
     pub fn shade(&mut self, shader: &dyn Shader) -> usize {
+        self.open.clear();
+        self.open.extend_from_slice(self.renderer.requests());
+        self.shade_beside(shader, |_| ())
+    }
+
+    /// Draws the next frame while what the one before asked for is shaded with the other threads of the current rayon pool, as
+    /// a display and its shader run beside each other. So answers come one frame later than with [`draw`](Self::draw) and
+    /// [`shade`](Self::shade) in turn ([`FrameSettings::latency`](crate::FrameSettings::latency) should be 1), and a frame takes as long as the
+    /// display thread or half of all work, whichever is longer. Returns how many points came, for the next frame.
+    ///
+    /// Same seed, same cameras, same bits, for any number of threads.
+    pub fn draw_and_shade(&mut self, shader: &dyn Shader, camera: &Camera) -> usize {
+        let samples = self.samples;
+        let count = self.shade_beside(shader, |renderer| renderer.draw(camera, samples));
+        self.open.extend_from_slice(self.renderer.requests());
+        count
+    }
+
+    /// Shades the open requests and computes shadow edges, and does something else beside it.
+    fn shade_beside(&mut self, shader: &dyn Shader, other: impl FnOnce(&mut FrameRenderer) + Send) -> usize {
         let seed = self.renderer.settings().seed;
         self.points.clear();
         self.met.clear();
@@ -81,11 +105,18 @@ impl LockstepRenderer {
         } else {
             None
         };
-        let (points, met, renderer) = (&mut self.points, &mut self.met, &self.renderer);
-        let (report, ()) = rayon::join(
-            || shade_lockstep(shader, renderer.requests(), seed, points, met),
-            || work.iter_mut().for_each(ShadowWork::run),
+        let (points, met, renderer) = (&mut self.points, &mut self.met, &mut self.renderer);
+        let open = &self.open;
+        let ((), (report, ())) = rayon::join(
+            || other(renderer),
+            || {
+                rayon::join(
+                    || shade_lockstep(shader, open, seed, points, met),
+                    || work.iter_mut().for_each(ShadowWork::run),
+                )
+            },
         );
+        self.open.clear();
         if let Some(work) = work {
             self.renderer.shadow_work_done(work);
         }

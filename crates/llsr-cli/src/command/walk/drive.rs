@@ -23,6 +23,8 @@ const LOOK: Duration = Duration::from_millis(100);
 pub(crate) enum Drive {
     /// A fixed number of samples between two frames.
     Lockstep(Box<LockstepRenderer>, Arc<dyn Shader>),
+    /// A fixed number of samples beside each frame.
+    Overlap(Box<LockstepRenderer>, Arc<dyn Shader>),
     /// Threads that shade while frames are drawn.
     Live(Box<Live>),
 }
@@ -53,8 +55,12 @@ impl Drive {
         samples: usize,
     ) -> Result<Self, Failure> {
         if !args.live {
-            let lockstep = LockstepRenderer::new(renderer, samples);
-            return Ok(Self::Lockstep(Box::new(lockstep), shader));
+            let lockstep = Box::new(LockstepRenderer::new(renderer, samples));
+            return Ok(if args.overlap {
+                Self::Overlap(lockstep, shader)
+            } else {
+                Self::Lockstep(lockstep, shader)
+            });
         }
         let settings = PoolSettings {
             // One core is the display's.
@@ -79,7 +85,7 @@ impl Drive {
 
     pub(crate) fn renderer(&self) -> &FrameRenderer {
         match self {
-            Self::Lockstep(lockstep, _) => &lockstep.renderer,
+            Self::Lockstep(lockstep, _) | Self::Overlap(lockstep, _) => &lockstep.renderer,
             Self::Live(live) => &live.renderer,
         }
     }
@@ -87,7 +93,7 @@ impl Drive {
     /// Follows a change of the scene.
     pub(crate) fn changed(&mut self, change: &SceneChange) {
         match self {
-            Self::Lockstep(lockstep, shader) => {
+            Self::Lockstep(lockstep, shader) | Self::Overlap(lockstep, shader) => {
                 shader.changed(change);
                 lockstep.renderer.changed(change);
             }
@@ -101,7 +107,9 @@ impl Drive {
     /// Gets samples for the first frame; returns how many.
     pub(crate) fn warm_up(&mut self, camera: &Camera) -> usize {
         match self {
-            Self::Lockstep(lockstep, shader) => lockstep.warm_up(&**shader, camera),
+            Self::Lockstep(lockstep, shader) | Self::Overlap(lockstep, shader) => {
+                lockstep.warm_up(&**shader, camera)
+            }
             Self::Live(live) => {
                 live.renderer.draw(camera, warm_up_samples(&live.renderer));
                 live.pool.submit(live.renderer.requests());
@@ -116,6 +124,9 @@ impl Drive {
     pub(crate) fn draw(&mut self, camera: &Camera) {
         match self {
             Self::Lockstep(lockstep, _) => lockstep.draw(camera),
+            Self::Overlap(lockstep, shader) => {
+                lockstep.draw_and_shade(&**shader, camera);
+            }
             Self::Live(live) => {
                 live.renderer.draw(camera, live.samples);
                 live.pool.submit(live.renderer.requests());
@@ -123,12 +134,14 @@ impl Drive {
         }
     }
 
-    /// Gets samples for the next frame: those asked for in lockstep, those that are there otherwise.
+    /// Gets samples for the next frame: those asked for in lockstep, if they have not come with the frame, those that are there
+    /// otherwise.
     pub(crate) fn shade(&mut self) {
         match self {
             Self::Lockstep(lockstep, shader) => {
                 lockstep.shade(&**shader);
             }
+            Self::Overlap(..) => {}
             Self::Live(live) => {
                 live.collect();
             }
@@ -137,7 +150,7 @@ impl Drive {
 
     pub(crate) fn trouble(&self) -> Trouble {
         match self {
-            Self::Lockstep(lockstep, _) => {
+            Self::Lockstep(lockstep, _) | Self::Overlap(lockstep, _) => {
                 let trouble = lockstep.trouble();
                 Trouble {
                     errors: (trouble.errors + trouble.panics) as u64,
