@@ -6,7 +6,7 @@
 //! `frames` (60), `samples` (a frame; 1% of the pixels), `stand` (1: the camera stays where the walk ends), `shader` (direct, glossy), `path` (a camera path), `contrast`
 //! (`FrameSettings::shadow_least_contrast`), `linear` (0: means in place of fits), `near` and `far` (taps of
 //! the filter beside 36 in the middle; 8, 1), `points` (a pixel, 1), `ahead`, `ahead_frames`,
-//! `ages` (highest priority by age), `textures` (0: without them), `lookup` (0: textures interpolated with the light),
+//! `ages` (highest priority by age), `calm` (`FrameSettings::calm_priority`), `textures` (0: without them), `lookup` (0: textures interpolated with the light),
 //! `cull` (0: edges behind points are drawn too), `references` (a folder that keeps the
 //! reference pictures for the next run), `out` (a folder for pictures and heat maps).
 
@@ -155,6 +155,7 @@ fn run(name: &str, arguments: &Arguments) -> Option<()> {
         )?,
         ahead_share: arguments.number("ahead", default.ahead_share.into()) as f32,
         ahead_frames: arguments.number("ahead_frames", default.ahead_frames.into()) as u32,
+        calm_priority: arguments.number("calm", default.calm_priority.into()) as f32,
         ages: AgeRule {
             highest: arguments.number("ages", default.ages.highest.into()) as u8,
             ..default.ages

@@ -174,6 +174,62 @@ fn a_still_camera_comes_close_to_ray_tracing() {
 }
 
 #[test]
+fn samples_go_where_new_ones_differed_from_the_picture() {
+    let (scene, _) = boxed();
+    let (world, _) = World::new(Arc::new(scene), &[]);
+    let scene = Arc::clone(world.scene());
+    let shader = DirectShader::new(Arc::new(world), Vec3::ZERO);
+    // The floor beside the box, with a sharp border of its shadow that nobody draws, and nothing else.
+    let camera = || {
+        let (eye, at) = (DVec3::new(0.0, 1.0, 1.2), DVec3::new(0.0, 0.0, 0.7));
+        Camera::look_at("eye", eye, at, DVec3::Y, FieldOfView::vertical_degrees(50.0))
+    };
+    let truth = ray_trace(&shader, &camera(), VIEWPORT, 4, 0).expect("the shader works");
+    let slope = |x: u32, y: u32| {
+        let beside = [(x.saturating_sub(1), y), (x, y.saturating_sub(1))];
+        let change = |(u, v)| (truth.pixel(x, y) - truth.pixel(u, v)).abs().max_element();
+        beside.into_iter().map(change).fold(0.0, f32::max) / truth.pixel(x, y).max_element().max(1e-6)
+    };
+    let run = |calm_priority: f32| {
+        let settings = FrameSettings {
+            shadow_edges: false,
+            calm_priority,
+            ..FrameSettings::default()
+        };
+        let renderer = FrameRenderer::new(&scene, VIEWPORT, settings).expect("size");
+        let mut lockstep = LockstepRenderer::new(renderer, 100);
+        lockstep.warm_up(&shader, &camera());
+        let (mut steep, mut all) = (0, 0);
+        for _ in 0..16 {
+            lockstep.draw(&camera());
+            for request in lockstep.renderer.requests() {
+                let at = lockstep
+                    .renderer
+                    .points()
+                    .view()
+                    .project((request.origin + request.direction).as_vec3())
+                    .expect("in the picture");
+                steep += usize::from(slope(at.x, at.y) > 0.05);
+                all += 1;
+            }
+            lockstep.shade(&shader);
+        }
+        lockstep.draw(&camera());
+        (
+            steep as f32 / all as f32,
+            relative_error(&lockstep.renderer, &truth, |_, _| true),
+        )
+    };
+    let (even_share, even_error) = run(1.0);
+    let (share, error) = run(FrameSettings::default().calm_priority);
+    assert!(
+        share > 1.25 * even_share,
+        "{share} of the requests at steep places, {even_share} if spread evenly"
+    );
+    assert!(error < 0.9 * even_error, "{error}, evenly {even_error}");
+}
+
+#[test]
 fn no_stale_shadow_outlives_its_frames() {
     for shadows_apart in [false, true] {
         check_stale_shadows(shadows_apart);

@@ -3,7 +3,8 @@
 //! Shading is slow, and most of a picture was already there a frame ago. So shaded points are kept in 3D
 //! ([`PointStore`], a fixed number of them) and for each frame projected anew ([`PointImage`]): a sparse picture, to be
 //! completed by somebody who interpolates, knowing the edges or not. What they miss, and which points are old, says
-//! where new samples are wanted ([`Priorities`]), and [`Chooser`] picks the pixels to ask the shader for.
+//! where new samples are wanted ([`Priorities`]), so does what new samples show to have been wrong ([`Surprises`]), and [`Chooser`] picks
+//! the pixels to ask the shader for.
 //!
 //! After B. Walter, G. Drettakis, S. Parker, "Interactive Rendering using the Render Cache", Eurographics Workshop on
 //! Rendering 1999, and its sequel of 2002, as used by K. Bala, B. Walter, D. P. Greenberg, "Combining Edges
@@ -64,6 +65,7 @@ mod project;
 mod replace;
 mod request;
 mod store;
+mod surprise;
 mod view;
 
 pub use colour::{MAX_COMPONENT, PackedColour, pack_colour, unpack_colour};
@@ -75,6 +77,7 @@ pub use priority::{AgeRule, Priorities};
 pub use replace::{Insertion, Place, Replacement};
 pub use request::{Chooser, Request};
 pub use store::{Fate, MAX_CAPACITY, Point, PointStore};
+pub use surprise::Surprises;
 pub use view::{MAX_SIDE, Projected, View};
 
 #[cfg(doctest)]

@@ -11,6 +11,10 @@ use crate::view::Projected;
 /// By how many ticks a point must be older than those of its home for a new sample to take its slot instead.
 const HOME_BONUS: u32 = 16;
 
+/// Changes of colour make points older up to this age: doubtful, not gone. Where a border runs through a pixel its samples differ each time, and
+/// points around it would otherwise age until they are removed.
+const EARLY_MOST: u8 = 192;
+
 /// How new samples take the place of old points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Replacement {
@@ -175,7 +179,7 @@ impl PointStore {
                 if let Some(age) = self.age.get_mut(other as usize)
                     && *age > 0
                 {
-                    *age = age.saturating_add(policy.early_ageing);
+                    *age = age.saturating_add(policy.early_ageing).min(EARLY_MOST.max(*age));
                 }
             }
         }

@@ -6,11 +6,11 @@ use glam::{Mat4, Vec3};
 use llsr_edges::{DroppedEdge, SceneEdgeOptions, SceneEdges, SceneFound, SceneScratch, SceneView};
 use llsr_epi::{
     AntialiasBand, ClassifyBand, ComplexBand, EdgeList, EdgePointImage, FillBand, InterpolateBand, Picture,
-    RasterizeBand, ReachBand, SamplePlanes,
+    PixelClass, RasterizeBand, ReachBand, SamplePlanes,
 };
 use llsr_render_cache::{
     Chooser, DepthFilter, Fate, FinishBand, Point, PointImage, PointStore, Prediction, Priorities,
-    ProjectChunk, Request, ResolveBand, View,
+    ProjectChunk, Request, ResolveBand, Surprises, View,
 };
 use llsr_scene::{Bounds, Camera, ObjectId, Scene, Viewport};
 use llsr_shading::{Encounters, MovedThing, SceneChange, ShadeRequest, ShadedPoint};
@@ -34,6 +34,8 @@ const VISIBLE_SAMPLES: f64 = 2.5;
 const FILL_PASSES: usize = 2;
 /// Points of a cell of 8x8 pixels from which on the prediction asks for no more: one in five.
 const ENOUGH: usize = 13;
+/// Pixels to each sample that is remembered for having differed from the picture.
+const SURPRISE_PIXELS: usize = 16;
 /// One group of points in so many is looked at to predict.
 const PREDICTION_SHARE: usize = 4;
 /// Near plane of the projection; only the ratios of x, y and w are looked at.
@@ -100,6 +102,7 @@ pub struct FrameRenderer {
     priorities: Priorities,
     chooser: Chooser,
     prediction: Prediction,
+    surprises: Surprises,
     image: EdgePointImage,
     picture: Picture,
     list: EdgeList,
@@ -184,6 +187,7 @@ impl FrameRenderer {
             priorities: Priorities::new(width, height)?,
             chooser: Chooser::new(width, height)?,
             prediction: Prediction::new(width, height)?,
+            surprises: Surprises::new(width, height, viewport.pixels().div_ceil(SURPRISE_PIXELS))?,
             picture: Picture::new(width, height),
             list: EdgeList::new(width, height),
             scratch: Scratch::default(),
@@ -210,8 +214,9 @@ impl FrameRenderer {
         let priorities = Priorities::new(width, height)?;
         let chooser = Chooser::new(width, height)?;
         let prediction = Prediction::new(width, height)?;
+        let surprises = Surprises::new(width, height, viewport.pixels().div_ceil(SURPRISE_PIXELS))?;
         (self.image, self.points, self.priorities) = (image, points, priorities);
-        (self.chooser, self.prediction) = (chooser, prediction);
+        (self.chooser, self.prediction, self.surprises) = (chooser, prediction, surprises);
         self.picture = Picture::new(width, height);
         self.list = EdgeList::new(width, height);
         self.requests.clear();
@@ -287,6 +292,7 @@ impl FrameRenderer {
             if self.frame > 0 && point.normal.dot(to_eye) <= 0.0 {
                 continue;
             }
+            self.compare(point);
             let object = point.object.map_or(BACKGROUND, |id| id.0);
             let textured = point.object.zip(point.textured).and_then(|(object, textured)| {
                 let surface = self.textures.surface(object, textured.triangle)?;
@@ -583,6 +589,19 @@ impl FrameRenderer {
         share(self.image.classify_bands(bands), &ClassifyBand::run);
     }
 
+    /// Compares a new sample with what the last picture showed in its place. In pixels with an edge the picture blends what lies on either
+    /// side, and on textures it shows what the sample does not know; so these tell nothing.
+    fn compare(&mut self, point: &ShadedPoint) {
+        if self.frame > 0
+            && point.textured.is_none()
+            && let Some(at) = self.points.view().project(point.position)
+            && self.image.class(at.x, at.y) == PixelClass::Empty
+        {
+            let shown = self.picture.pixel(at.x, at.y);
+            self.surprises.compare(point.position, point.colour, shown);
+        }
+    }
+
     fn see(&mut self, object: Option<ObjectId>) {
         if let Some(seen) = object.and_then(|id| self.seen.get_mut(id.index())) {
             *seen = self.taken;
@@ -662,6 +681,11 @@ impl FrameRenderer {
         let picture = &self.picture;
         self.priorities
             .update(&self.points, self.settings.ages, |y| picture.priorities(y));
+        self.surprises.apply(
+            self.points.view(),
+            self.settings.calm_priority,
+            &mut self.priorities,
+        );
         let phase = (self.frame as f64 * GOLDEN).fract();
         let (width, height) = (self.viewport.width, self.viewport.height);
         self.requests.clear();

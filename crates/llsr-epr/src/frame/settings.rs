@@ -40,6 +40,9 @@ pub struct FrameSettings {
     pub stale_frames: u8,
     /// Frames between a request and its answer, in which its pixel is not asked for again.
     pub latency: u8,
+    /// The share of its priority that is left to a pixel while no new sample around it differs from what was shown there, in [0, 1]; with 1
+    /// samples go wherever points lack, whether or not anything is wrong there ([`llsr_render_cache::Surprises`]).
+    pub calm_priority: f32,
     /// How age turns into priority.
     pub ages: AgeRule,
     /// How new points take the place of old ones.
@@ -69,6 +72,7 @@ impl Default for FrameSettings {
             ahead_frames: 8,
             stale_frames: 12,
             latency: 0,
+            calm_priority: 0.05,
             ages: AgeRule::default(),
             replacement: Replacement::default(),
             threads: 1,

@@ -144,6 +144,17 @@ fn changed_colours_age_the_points_around() {
             assert_eq!(store.age(*slot), Some(expected), "age at ({x}, {y})");
         }
     }
+    // A border in a pixel: each sample differs from the one before.
+    let (mut store, image, slots) = pictured(&points);
+    for i in 0..40 {
+        let sample = Point {
+            colour: points[0].colour * [0.5, 1.0][i % 2],
+            ..points[8 * 16 + 1]
+        };
+        assert!(store.insert(&sample, &image, &policy).expect("stored").changed);
+    }
+    let age = store.age(slots[8 * 16 + 2]);
+    assert_eq!(age, Some(192), "doubtful, not gone");
 }
 
 /// A point in each pixel of a picture of 64 x 4, in the order of the pixels, so that slot and pixel have the same number:
