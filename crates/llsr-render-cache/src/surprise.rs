@@ -178,7 +178,7 @@ impl Surprises {
                 let cell = &mut cells[at.y as usize / CELL * columns + at.x as usize / CELL];
                 *cell = (*cell).max(surprise.strength);
             }
-            surprise.strength = (u32::from(surprise.strength) * FADED >> 8) as u8;
+            surprise.strength = ((u32::from(surprise.strength) * FADED) >> 8) as u8;
             surprise.strength >= LEAST
         });
         self.turn = self.turn.min(self.found.len().saturating_sub(1));
@@ -194,12 +194,21 @@ impl Surprises {
                 if strength == 0 {
                     continue;
                 }
-                for (dx, dy) in [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
+                for (dx, dy) in [
+                    (-1, -1),
+                    (0, -1),
+                    (1, -1),
+                    (-1, 0),
+                    (1, 0),
+                    (-1, 1),
+                    (0, 1),
+                    (1, 1),
+                ] {
                     let (u, v): (isize, isize) = (x + dx, y + dy);
                     if (0..columns).contains(&u) && (0..rows).contains(&v) {
                         let part = if dx == 0 || dy == 0 { BESIDE } else { CORNER };
                         let cell = &mut self.spread[(v * columns + u) as usize];
-                        *cell = (*cell).max((strength * part >> 8) as u8);
+                        *cell = (*cell).max(((strength * part) >> 8) as u8);
                     }
                 }
             }
@@ -302,7 +311,10 @@ mod tests {
         for i in 0..500 {
             let [a, b] = [i % 5, i / 5 % 5].map(|k| Vec3::splat(wild[k as usize]));
             surprises.compare(place(i % SIZE, 3), a, b);
-            assert!(surprises.len() <= 5 && surprises.white.is_finite(), "{surprises:?}");
+            assert!(
+                surprises.len() <= 5 && surprises.white.is_finite(),
+                "{surprises:?}"
+            );
         }
         for i in 0..50 {
             surprises.compare(place(i, 20), Vec3::ONE, Vec3::ZERO);
