@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use glam::{Vec2, Vec3};
-use llsr_epi::{EdgeList, EdgePointImage, Occlusion, Picture, Point, ScreenSegment, Settings};
+use llsr_epi::{EdgeList, EdgePointImage, Kernel, Occlusion, Picture, Point, ScreenSegment, Settings};
 use llsr_testkit::epi::edge_sets::{EdgeSet, Segment, hatching, thicket, tiled};
 use llsr_testkit::epi::windows::Stream;
 
@@ -33,7 +33,11 @@ struct Frame {
 
 impl Frame {
     fn new(width: u32, height: u32, edges: &[Segment], density: f32) -> Option<Self> {
-        let mut image = EdgePointImage::new(width, height, Settings::default()).ok()?;
+        let mut settings = Settings::default();
+        if std::env::args().nth(2).is_some_and(|arg| arg == "linear") {
+            (settings.linear, settings.kernel) = (true, Kernel::SHARP);
+        }
+        let mut image = EdgePointImage::new(width, height, settings).ok()?;
         let mut stream = Stream::new(9);
         for y in 0..height {
             for x in 0..width {
