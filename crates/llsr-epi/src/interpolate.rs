@@ -6,7 +6,7 @@
 
 use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED, HAS_SAMPLE, USABLE};
 use crate::colour::{Packed, unpack_colour};
-use crate::fit::{self, FitScratch, FitWindows, Floats};
+use crate::fit::{self, FitScratch, Floats, MeanRow, Windows};
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
 use crate::picture::{PictureBand, UNREACHED};
@@ -18,10 +18,10 @@ use crate::reach::{FORWARD, REACH_PLANES};
 pub(crate) const BLOCK: usize = 16;
 /// Words of 64 pixels in a tile: five rows of it and what is made of them fit the second-level cache. Narrower tiles fit the first
 /// level, but read and write large pictures in short runs, each on other pages of memory, which costs much more.
-const TILE_WORDS: usize = 32;
+pub(crate) const TILE_WORDS: usize = 32;
 pub(crate) const TILE: usize = TILE_WORDS * 64;
-/// Pixels on each side of the tile that its windows look at, a whole block of them.
-pub(crate) const MARGIN: usize = BLOCK;
+/// Pixels on each side of the tile: a block whose means the slopes of the tile look at, and one that the windows of that one do.
+pub(crate) const MARGIN: usize = 2 * BLOCK;
 /// Red, green, blue, and 1 where there is a sample.
 pub(crate) const CHANNELS: usize = 4;
 /// Floats of one unpacked row.
@@ -31,6 +31,13 @@ pub(crate) const ROW: usize = TILE + 2 * MARGIN;
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(crate) struct TileRow(pub(crate) [[f32; ROW]; CHANNELS]);
+
+impl TileRow {
+    /// 1 where there is a sample.
+    pub(crate) fn there(&self) -> &[f32; ROW] {
+        &self.0[CHANNELS - 1]
+    }
+}
 
 /// Scratch memory of [`interpolate`].
 #[derive(Clone, Debug)]
@@ -107,6 +114,8 @@ pub(crate) struct Output<'a> {
     pub(crate) green: &'a mut [f32; BLOCK],
     pub(crate) blue: &'a mut [f32; BLOCK],
     pub(crate) priority: &'a mut [u8; BLOCK],
+    /// One over the weight of the samples; infinite where there is none.
+    pub(crate) inverse: &'a mut [f32; BLOCK],
 }
 
 /// What interpolation reads.
@@ -131,69 +140,106 @@ pub(crate) fn interpolate<B: Blocks>(
     let words = source.classes.words;
     let InterpolateScratch { rows, down, fit } = scratch;
     let mut fit = source.linear.then(|| fit.get_or_insert_default());
+    // Slopes look at the means of two rows more on either side.
+    let around = if fit.is_some() { 2 } else { 0 };
+    let (height, first) = (source.pixels.height, band.first_row.saturating_sub(around));
     for first_word in (0..words).step_by(TILE_WORDS) {
         let tile = first_word..(first_word + TILE_WORDS).min(words);
-        for y in band.first_row as isize - 2..band.first_row as isize + 2 {
+        if let Some(fit) = &mut fit {
+            fit.means.iter_mut().for_each(MeanRow::forget);
+        }
+        for y in first as isize - 2..first as isize + 2 {
             load_row::<B>(source, tile.clone(), y, rows, fit.as_deref_mut());
         }
-        for y in band.first_row..band.end_row {
-            load_row::<B>(source, tile.clone(), y as isize + 2, rows, fit.as_deref_mut());
-            let slots = std::array::from_fn(|i| slot(y as isize + i as isize - 2));
-            let rows = slots.map(|slot| &rows[slot]);
-            let mut near = [0; TILE_WORDS];
-            for (near, word) in near.iter_mut().zip(tile.clone()) {
-                *near = near_edges(source.classes, word + 1, y);
+        for y in first..band.end_row + around {
+            if y < height {
+                load_row::<B>(source, tile.clone(), y as isize + 2, rows, fit.as_deref_mut());
+                row_of_means::<B>(source, (tile.clone(), y), rows, down, fit.as_deref_mut(), band);
+            } else if let Some(fit) = &mut fit {
+                fit.means[slot(y as isize)].forget();
             }
-            let near = &near[..tile.len()];
-            // Blocks without edges ask for columns up to two beside them.
-            let mut open = [false; ROW / BLOCK + 2];
-            for (open, i) in open[2..].iter_mut().zip(0..4 * near.len()) {
-                *open = (near[i / 4] >> (BLOCK * (i % 4))) as u16 == 0;
-            }
-            for (at, open) in (0..tile.len() * 64 + 2 * MARGIN)
-                .step_by(BLOCK)
-                .zip(open.windows(3))
+            if let Some(fit) = &fit
+                && let Some(y) = y.checked_sub(around).filter(|&y| y >= band.first_row)
             {
-                if open.contains(&true) {
-                    B::down(rows, at, source.kernel.taps, down);
-                    if let Some(fit) = &mut fit {
-                        fit.sum_down::<B::Floats>(slots, at, &source.kernel);
-                    }
-                }
-            }
-            for (i, (word, &near)) in tile.clone().zip(near).enumerate() {
-                let at = MARGIN + 64 * i;
-                let windows = Windows { rows, down, near, at };
-                let masks = if near == 0 {
-                    [0; 25]
-                } else {
-                    tap_masks(source, word + 1, y)
-                };
-                word_of_pixels::<B>(source, windows, &masks, word, y, band);
-                if let Some(scratch) = fit.as_deref() {
-                    let windows = FitWindows {
-                        scratch,
-                        slots,
-                        near,
-                        masks: &masks,
-                        at,
-                    };
-                    fit::fit_word::<B::Floats>(source, windows, word, y, band);
-                }
+                fit::put::<B::Floats>(source, &fit.means, slots_around(y), (tile.clone(), y), band);
             }
         }
     }
 }
 
-/// What the windows of a word of pixels need.
-#[derive(Clone, Copy)]
-struct Windows<'a> {
-    rows: [&'a TileRow; 5],
-    down: &'a TileRow,
-    /// Bits of the pixels with an edge in their window.
-    near: u64,
-    /// Column of the word in the rows.
-    at: usize,
+/// The means of one row of a tile, put into the picture or kept where slopes are to be taken from them.
+#[inline(always)]
+fn row_of_means<B: Blocks>(
+    source: Source<'_>,
+    (tile, y): (std::ops::Range<usize>, usize),
+    rows: &[TileRow; 5],
+    down: &mut TileRow,
+    mut fit: Option<&mut FitScratch>,
+    band: &mut PictureBand<'_>,
+) {
+    let slots = slots_around(y);
+    let rows = slots.map(|slot| &rows[slot]);
+    // One word more on either side, of which slopes need a block.
+    let mut near = [u64::MAX; TILE_WORDS + 2];
+    let beside = usize::from(fit.is_some());
+    for (near, word) in near
+        .iter_mut()
+        .zip(tile.start..tile.end + 2)
+        .skip(1 - beside)
+        .take(tile.len() + 2 * beside)
+    {
+        // Words count from the one before the tile, which has the number of the guard before the first.
+        if (1..=source.classes.words).contains(&word) {
+            *near = near_edges(source.classes, word, y);
+        }
+    }
+    let near = &near[..tile.len() + 2];
+    // Blocks without edges ask for columns up to two beside them.
+    let open = |block: usize| {
+        near.get((block + 2) / 4)
+            .is_some_and(|near| (near >> (BLOCK * ((block + 2) % 4))) as u16 == 0)
+    };
+    for block in 0..4 * tile.len() + 2 * MARGIN / BLOCK {
+        if open(block) || open(block + 1) || block > 0 && open(block - 1) {
+            B::down(rows, block * BLOCK, source.kernel.taps, down);
+            if let Some(fit) = &mut fit {
+                fit.sum_down::<B::Floats>(rows, slots, block * BLOCK, &source.kernel);
+            }
+        }
+    }
+    for (i, word) in (tile.start..tile.end + 2).enumerate() {
+        let inside = (1..=tile.len()).contains(&i);
+        // The word of guard before the first has number 0, as above.
+        if !(inside || beside == 1 && (1..=source.classes.words).contains(&word)) {
+            continue;
+        }
+        let near = near[i];
+        let masks = if near == 0 {
+            [0; 25]
+        } else {
+            tap_masks(source, word, y)
+        };
+        let windows = Windows {
+            rows,
+            down,
+            near,
+            slots,
+            masks: &masks,
+        };
+        let shifts = match i {
+            0 => 64 - BLOCK..64,
+            _ if !inside => 0..BLOCK,
+            _ => 0..64,
+        };
+        word_of_means::<B>(source, &windows, shifts, (word, y), (i, fit.as_deref_mut()), band);
+    }
+}
+
+/// Where the rows around row `y` live.
+#[inline(always)]
+fn slots_around(y: usize) -> [usize; 5] {
+    let y = y as isize;
+    [slot(y - 2), slot(y - 1), slot(y), slot(y + 1), slot(y + 2)]
 }
 
 /// Rows live in slots by their number.
@@ -251,43 +297,77 @@ fn load_row<B: Blocks>(
     }
 }
 
-/// The 64 pixels of one word.
+/// The pixels of one word from some bits on; `word` counts from the guard, `i` from the word before the tile.
 #[inline(always)]
-fn word_of_pixels<B: Blocks>(
+fn word_of_means<B: Blocks>(
     source: Source<'_>,
-    windows: Windows<'_>,
-    masks: &TapMasks,
-    word: usize,
-    y: usize,
+    windows: &Windows<'_>,
+    shifts: std::ops::Range<usize>,
+    (word, y): (usize, usize),
+    (i, mut fit): (usize, Option<&mut FitScratch>),
     band: &mut PictureBand<'_>,
 ) {
     let class = source.classes.row(y as isize);
-    let own =
-        class.plane(HAS_SAMPLE)[word + 1] & (class.plane(USABLE)[word + 1] | class.plane(COMPLEX)[word + 1]);
+    let own = class.plane(HAS_SAMPLE)[word] & (class.plane(USABLE)[word] | class.plane(COMPLEX)[word]);
     let mut coloured = 0u64;
     // Weight of a pixel without a sample of its own whose other 24 are all there, to the priority 1.
     let scale = 253.0 / (1.0 - source.kernel.weight(0, 0));
-    for shift in (0..64).step_by(BLOCK) {
-        let at = windows.at + shift;
+    let shown = (band.first_row..band.end_row).contains(&y) && shifts.len() == 64;
+    let mut unshown = [0; BLOCK];
+    let mut inverse = [0.0; BLOCK];
+    for shift in shifts.step_by(BLOCK) {
+        let at = MARGIN + 64 * i + shift - 64;
         let sums = if (windows.near >> shift) as u16 == 0 {
             B::across(windows.down, at, source.kernel.taps)
         } else {
-            B::masked(windows.rows, at, masks, shift, &source.kernel)
+            B::masked(windows.rows, at, windows.masks, shift, &source.kernel)
         };
-        let start = (y - band.first_row) * band.stride + word * 64 + shift;
-        let out = Output {
-            red: block_mut(band.red, start),
-            green: block_mut(band.green, start),
-            blue: block_mut(band.blue, start),
-            priority: block_mut(band.priority, start),
+        let start = y
+            .wrapping_sub(band.first_row)
+            .wrapping_mul(band.stride)
+            .wrapping_add((word - 1) * 64 + shift);
+        let priority = if shown {
+            block_mut(band.priority, start)
+        } else {
+            &mut unshown
         };
-        let bits = B::finish(sums, (own >> shift) as u16, out, scale, source.fallback);
+        let own = (own >> shift) as u16;
+        let bits = match &mut fit {
+            Some(fit) => {
+                let means = &mut fit.means[windows.slots[2]];
+                let out = Output {
+                    red: block_mut(&mut means.red, at),
+                    green: block_mut(&mut means.green, at),
+                    blue: block_mut(&mut means.blue, at),
+                    priority,
+                    inverse: &mut inverse,
+                };
+                let bits = B::finish(sums, own, out, scale, source.fallback);
+                fit.place_means::<B::Floats>(windows, &inverse, at, shift, &source.kernel);
+                bits
+            }
+            None => {
+                let out = Output {
+                    red: block_mut(band.red, start),
+                    green: block_mut(band.green, start),
+                    blue: block_mut(band.blue, start),
+                    priority,
+                    inverse: &mut inverse,
+                };
+                B::finish(sums, own, out, scale, source.fallback)
+            }
+        };
         coloured |= u64::from(bits) << shift;
     }
-    if word + 1 == source.classes.words {
+    if word == source.classes.words {
         coloured &= !outside_of_last_word(source.pixels.width);
     }
-    band.coloured.row_mut(y - band.first_row)[word + 1] = coloured;
+    if let Some(fit) = &mut fit {
+        fit.means[windows.slots[2]].set_usable(i, coloured, class.plane(COMPLEX)[word]);
+    }
+    if shown {
+        band.coloured.row_mut(y - band.first_row)[word] = coloured;
+    }
 }
 
 #[inline(always)]
@@ -473,6 +553,7 @@ impl Blocks for Portable {
         for i in 0..BLOCK {
             if weight[i] > 0.0 {
                 let inverse = 1.0 / weight[i];
+                out.inverse[i] = inverse;
                 out.red[i] = red[i] * inverse;
                 out.green[i] = green[i] * inverse;
                 out.blue[i] = blue[i] * inverse;
@@ -482,6 +563,7 @@ impl Blocks for Portable {
             } else {
                 (out.red[i], out.green[i], out.blue[i]) = fallback.into();
                 out.priority[i] = UNREACHED;
+                out.inverse[i] = f32::INFINITY;
             }
         }
         coloured

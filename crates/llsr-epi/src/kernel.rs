@@ -16,7 +16,7 @@ impl Kernel {
         taps: [18.0 / 32.0, 6.0 / 32.0, 1.0 / 32.0],
     };
 
-    /// Taps 1 8 36 8 1, for samples that are fitted ([`Settings::linear`](crate::Settings::linear)): their places need no averaging, and what
+    /// Taps 1 8 36 8 1, for means that are taken to the centres of pixels ([`Settings::linear`](crate::Settings::linear)): places need no averaging, and what
     /// bends is bent less.
     pub const SHARP: Self = Self {
         taps: [36.0 / 54.0, 8.0 / 54.0, 1.0 / 54.0],

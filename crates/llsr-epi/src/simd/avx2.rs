@@ -15,7 +15,7 @@ use crate::colour::FINE;
 use crate::complex::{self, BLOCKS, Cells, LANES, Reached, Sums, WEIGHTS};
 use crate::fit::Floats;
 use crate::interpolate::{
-    BLOCK, Blocks, CHANNELS, MARGIN, Output, PackedBlock, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
+    BLOCK, Blocks, CHANNELS, Output, PackedBlock, ROW, TAP_GROUPS, TapMasks, TileRow, group_weights,
     take_each,
 };
 use crate::kernel::Kernel;
@@ -459,7 +459,7 @@ impl Blocks for Avx2 {
     #[inline(always)]
     fn masked(rows: [&TileRow; 5], at: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Self::Sums {
         assert!(
-            (MARGIN..=MARGIN + TILE - BLOCK).contains(&at),
+            (BLOCK..=ROW - 2 * BLOCK).contains(&at),
             "blocks lie between the margins"
         );
         // SAFETY: the CPU has AVX2 (see `Avx2`).
@@ -505,6 +505,7 @@ impl Blocks for Avx2 {
                 let one = _mm256_set1_ps(1.0);
                 let some = _mm256_cmp_ps::<_CMP_GT_OQ>(weight, _mm256_setzero_ps());
                 let inverse = _mm256_div_ps(one, weight);
+                store(out.inverse, half, inverse);
                 let channels = [
                     (red, &mut *out.red),
                     (green, &mut *out.green),

@@ -11,7 +11,7 @@ use crate::code::EdgeCode;
 use crate::colour::FINE;
 use crate::fit::Floats;
 use crate::interpolate::{
-    BLOCK, Blocks, CHANNELS, MARGIN, Output, PackedBlock, TAP_GROUPS, TILE, TapMasks, TileRow, group_weights,
+    BLOCK, Blocks, CHANNELS, Output, PackedBlock, ROW, TAP_GROUPS, TapMasks, TileRow, group_weights,
 };
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
@@ -339,7 +339,7 @@ impl Blocks for Avx512 {
     #[inline(always)]
     fn masked(rows: [&TileRow; 5], at: usize, masks: &TapMasks, shift: usize, kernel: &Kernel) -> Self::Sums {
         assert!(
-            (MARGIN..=MARGIN + TILE - BLOCK).contains(&at),
+            (BLOCK..=ROW - 2 * BLOCK).contains(&at),
             "blocks lie between the margins"
         );
         let window = Window {
@@ -374,6 +374,7 @@ impl Blocks for Avx512 {
             let one = _mm512_set1_ps(1.0);
             let coloured = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(weight, _mm512_setzero_ps());
             let inverse = _mm512_div_ps(one, weight);
+            store(out.inverse, 0, inverse);
             let channels = [(red, out.red), (green, out.green), (blue, out.blue)];
             for ((sum, out), fallback) in channels.into_iter().zip(fallback) {
                 let colour = _mm512_mul_ps(sum, inverse);

@@ -21,7 +21,7 @@ pub struct FrameSettings {
     pub shadows_apart: bool,
     /// The interpolation filter.
     pub kernel: Kernel,
-    /// Fit linear functions to the points rather than take their mean ([`llsr_epi::Settings::linear`]).
+    /// Take means of points to the centres of pixels along the slope around ([`llsr_epi::Settings::linear`]).
     pub linear: bool,
     /// Look textures up for each pixel, where shaders say that colours are light on a texture ([`llsr_shading::Textured`]). Otherwise
     /// they are interpolated with the light.
