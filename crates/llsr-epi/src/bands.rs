@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::classify::CLASS_PLANES;
 use crate::crossings::{BandCrossings, Crossings};
-use crate::donors::{self, DonorRow, SampleValues};
+use crate::donors::{self, DonorRow, DonorScratch, SampleValues};
 use crate::edges::EdgeList;
 use crate::image::{EdgePointImage, Scratch, Settings};
 use crate::interpolate::{InterpolateScratch, Source};
@@ -425,7 +425,7 @@ pub struct DonorBand<'a> {
     level: Level,
     source: Source<'a>,
     of_samples: SampleValues<'a>,
-    scratch: &'a mut Vec<u32>,
+    scratch: &'a mut DonorScratch,
     picture: PictureBand<'a>,
 }
 

@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED};
 use crate::code::{EdgeCode, PixelClass};
 use crate::crossings::Crossings;
+use crate::donors::DonorScratch;
 use crate::edges::EdgeList;
 use crate::interpolate::InterpolateScratch;
 use crate::kernel::Kernel;
@@ -99,7 +100,7 @@ pub(crate) struct Scratch {
     pub(crate) limits: LimitScratch,
     pub(crate) reach: ReachScratch,
     pub(crate) interpolate: InterpolateScratch,
-    pub(crate) donors: Vec<u32>,
+    pub(crate) donors: DonorScratch,
     pub(crate) patches: Patches,
 }
 

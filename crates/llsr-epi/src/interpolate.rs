@@ -6,6 +6,7 @@
 
 use crate::classify::{CLASS_PLANES, COMPLEX, CROSSED, HAS_SAMPLE, USABLE};
 use crate::colour::{Packed, unpack_colour};
+use crate::donors::all_of;
 use crate::fit::{self, FitScratch, Floats, MeanRow, Windows};
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
@@ -102,6 +103,11 @@ pub(crate) trait Blocks {
     /// # Panics
     /// If one of them is not there.
     fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]);
+    /// Is `values[from + i]` equal to `value` for each bit i that is set?
+    ///
+    /// # Panics
+    /// If one of them is not there.
+    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool;
 }
 
 /// Words of a block, and the colours in `colours` and `cache` (see [`Pixels`]).
@@ -474,6 +480,11 @@ impl Blocks for Portable {
     #[inline(always)]
     fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
         take_each(bits, values, from, out);
+    }
+
+    #[inline(always)]
+    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool {
+        all_of(bits, values, from, value)
     }
 
     #[inline(always)]

@@ -24,7 +24,7 @@ use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::{BandCrossings, Crossings};
-use crate::donors::{self, SampleValues};
+use crate::donors::{self, AlikeRows, SampleValues};
 use crate::edges::EdgeList;
 use crate::fill;
 use crate::interpolate::{self, BLOCK, InterpolateScratch, Source};
@@ -235,14 +235,14 @@ pub(crate) fn donate(
     of_samples: SampleValues<'_>,
     y: usize,
     priorities: &[u8],
-    donated: &mut [u32],
+    scratch: (&mut [u32], &mut AlikeRows),
 ) {
     match level {
         Level::Portable => donors::donate::<interpolate::Portable, classify::Portable>(
-            source, of_samples, y, priorities, donated,
+            source, of_samples, y, priorities, scratch,
         ),
         #[cfg(target_arch = "x86_64")]
-        wide => x86::donate(wide, source, of_samples, y, priorities, donated),
+        wide => x86::donate(wide, source, of_samples, y, priorities, scratch),
     }
 }
 

@@ -98,7 +98,13 @@ fn donors_are_the_nearest_samples_in_reach() {
         let mut picture = Picture::new(width, height);
         image.interpolate(&mut picture);
         let stride = width as usize + 3;
-        let values: Vec<u32> = (0..stride as u32 * height).collect();
+        // Each sample its own value, or pieces of picture with one value.
+        let value = |n: u32| match seed % 3 {
+            0 => n,
+            1 => n % stride as u32 / 90 + 100 * (n / stride as u32 / 20),
+            _ => n % stride as u32 / 150,
+        };
+        let values: Vec<u32> = (0..stride as u32 * height).map(value).collect();
         let of_samples = SampleValues {
             values: &values,
             stride,
@@ -126,7 +132,7 @@ fn donors_are_the_nearest_samples_in_reach() {
                     }
                     Some(nearest) => {
                         some += 1;
-                        let numbers = nearest.iter().map(|&(u, v)| v * stride as u32 + u);
+                        let numbers = nearest.iter().map(|&(u, v)| value(v * stride as u32 + u));
                         assert!(
                             numbers.clone().any(|n| n == found),
                             "{what}: {found} of {nearest:?}"

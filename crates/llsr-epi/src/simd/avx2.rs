@@ -13,6 +13,7 @@ use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::colour::FINE;
 use crate::complex::{self, BLOCKS, Cells, LANES, Reached, Sums, WEIGHTS};
+use crate::donors::all_of;
 use crate::fit::Floats;
 use crate::interpolate::{
     BLOCK, Blocks, CHANNELS, Output, PackedBlock, ROW, TAP_GROUPS, TapMasks, TileRow, group_weights,
@@ -384,6 +385,11 @@ impl Blocks for Avx2 {
     #[inline(always)]
     fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
         take_each(bits, values, from, out);
+    }
+
+    #[inline(always)]
+    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool {
+        all_of(bits, values, from, value)
     }
 
     #[inline(always)]

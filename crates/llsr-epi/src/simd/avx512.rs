@@ -272,6 +272,27 @@ impl Blocks for Avx512 {
     }
 
     #[inline(always)]
+    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool {
+        if bits == 0 {
+            return true;
+        }
+        let last = from + 63 - bits.leading_zeros() as usize;
+        assert!(last < values.len(), "a value that is not there");
+        let mut others = 0;
+        for i in 0..64 / BLOCK {
+            let mask = (bits >> (BLOCK * i)) as u16;
+            // SAFETY: only values whose bit is set are read, and these are there, as was asked above; the pointer is used for nothing
+            // else. The CPU has AVX-512 (see `Avx512`).
+            unsafe {
+                let values = values.as_ptr().wrapping_add(from + BLOCK * i);
+                let found = _mm512_maskz_loadu_epi32(mask, values.cast());
+                others |= _mm512_mask_cmpneq_epi32_mask(mask, found, _mm512_set1_epi32(value as i32));
+            }
+        }
+        others == 0
+    }
+
+    #[inline(always)]
     fn unpack((words, colours, cache): PackedBlock<'_>, row: &mut TileRow, at: usize) {
         // SAFETY: the arrays are as long as the loads. The CPU has AVX-512 (see `Avx512`).
         let channels = unsafe {

@@ -17,7 +17,7 @@ use crate::antialias;
 use crate::classify::{self, CLASS_PLANES};
 use crate::complex;
 use crate::crossings::{BandCrossings, Crossings};
-use crate::donors::{self, SampleValues};
+use crate::donors::{self, AlikeRows, SampleValues};
 use crate::edges::EdgeList;
 use crate::fill;
 use crate::interpolate::{self, InterpolateScratch, Source};
@@ -93,7 +93,7 @@ by_level!(donate, donors::donate::<Avx2, Avx2>, donors::donate::<Avx512, Avx512>
     of_samples: SampleValues<'_>,
     y: usize,
     priorities: &[u8],
-    donated: &mut [u32]
+    scratch: (&mut [u32], &mut AlikeRows)
 ));
 
 by_level!(fill, fill::fill::<[__m256; 2]>, fill::fill::<__m512>, (
