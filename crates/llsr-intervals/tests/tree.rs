@@ -254,6 +254,45 @@ fn the_tree_finds_what_testing_every_item_finds() {
 }
 
 #[test]
+fn new_numbers_are_of_the_same_items_in_the_order_found() {
+    let case = case(3000, 1.0, 0.0, 12);
+    let tree = case.tree(TreeOptions::default());
+    let mut renumbered = tree.clone();
+    let before = renumbered.renumber();
+    let mut sorted = before.clone();
+    sorted.sort_unstable();
+    assert!(
+        sorted.into_iter().eq(0..case.roofs.len() as u32),
+        "each item once"
+    );
+    let mut scratch = QueryScratch::default();
+    for select in [Select::Mixed, Select::AllFront] {
+        let viewers = [Viewpoint::at(case.center + DVec3::new(2.0, 1.0, 3.0)).expect("finite")];
+        let (mut old, mut new) = (Vec::new(), Vec::new());
+        tree.query(
+            &viewers,
+            select,
+            |item| case.selects(&viewers, select, item),
+            &mut scratch,
+            &mut old,
+        );
+        let exact = |item: u32| case.selects(&viewers, select, before[item as usize]);
+        renumbered.query(&viewers, select, exact, &mut scratch, &mut new);
+        let numbers: Vec<u32> = new.iter().map(|&item| before[item as usize]).collect();
+        assert!(!old.is_empty() && numbers == old, "{select:?}");
+        let apart = new
+            .windows(2)
+            .map(|pair| u64::from(pair[0].abs_diff(pair[1])))
+            .sum::<u64>();
+        let scattered = old
+            .windows(2)
+            .map(|pair| u64::from(pair[0].abs_diff(pair[1])))
+            .sum::<u64>();
+        assert!(4 * apart < scattered, "{apart} apart, {scattered} before");
+    }
+}
+
+#[test]
 fn scan_and_plain_tree_find_the_same() {
     let case = case(2000, 1.0, 0.0, 9);
     let count = case.roofs.len() as u32;

@@ -101,10 +101,12 @@ pub struct EdgeScratch {
 pub struct MeshEdges {
     positions: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
-    /// Pairs of faces, then boundary edges.
+    /// Pairs of faces, in the order of their tree unless the mesh has non-manifold edges; then boundary edges.
     edges: Vec<Edge>,
     /// Number of pairs in `edges`.
     pairs: usize,
+    /// The ends of all edges once more: a view asks for those of many.
+    ends: Vec<[Vec3; 2]>,
     tree: PlaneTree<2>,
     crease_tree: PlaneTree<2>,
     /// The edge of each item of the crease tree.
@@ -186,6 +188,12 @@ impl MeshEdges {
                 options.tree,
             )
         };
+        let mut tree = build(pairs, &|item| edges[item as usize]);
+        // What is found together is then near each other. Entries of one edge have to stay together.
+        if report.non_manifold_edges == 0 {
+            let ordered: Vec<Edge> = tree.renumber().iter().map(|&edge| edges[edge as usize]).collect();
+            edges[..pairs].copy_from_slice(&ordered);
+        }
         let least_cosine = options.crease_degrees.to_radians().cos();
         let is_crease = |edge: &Edge| {
             is_border(edge)
@@ -194,9 +202,12 @@ impl MeshEdges {
         let creases: Vec<u32> = (0..pairs as u32)
             .filter(|&e| is_crease(&edges[e as usize]))
             .collect();
-        let tree = build(pairs, &|item| edges[item as usize]);
         let crease_tree = build(creases.len(), &|item| edges[creases[item as usize] as usize]);
+        let ends = edges
+            .iter()
+            .map(|edge| edge.vertices.map(|v| positions[v as usize]));
         Ok(Self {
+            ends: ends.collect(),
             tree,
             crease_tree,
             creases,
@@ -230,32 +241,12 @@ impl MeshEdges {
 
     /// The ends of an edge (m).
     ///
+    /// Edges that are found together mostly have numbers near each other, and so their ends lie near each other in memory.
+    ///
     /// # Panics
     /// If there is no such edge.
     pub fn segment(&self, edge: u32) -> [Vec3; 2] {
-        self.edges[edge as usize]
-            .vertices
-            .map(|v| self.positions[v as usize])
-    }
-
-    /// The ends of many edges (m), in the place of the first ones of `out`.
-    ///
-    /// In large meshes each edge and each end is somewhere else in memory. Here many are asked for at a time, and none waits
-    /// for what is done with another: several times as fast as [`segment`](Self::segment) for each.
-    ///
-    /// # Panics
-    /// If there is no such edge, or `out` is shorter than `edges`.
-    pub fn segments(&self, edges: &[u32], out: &mut [[Vec3; 2]]) {
-        const BATCH: usize = 64;
-        let mut vertices = [[0; 2]; BATCH];
-        for (edges, out) in edges.chunks(BATCH).zip(out[..edges.len()].chunks_mut(BATCH)) {
-            for (vertices, &edge) in vertices.iter_mut().zip(edges) {
-                *vertices = self.edges[edge as usize].vertices;
-            }
-            for (out, &[a, b]) in out.iter_mut().zip(&vertices) {
-                *out = [self.positions[a as usize], self.positions[b as usize]];
-            }
-        }
+        self.ends[edge as usize]
     }
 
     /// Welded positions (m).

@@ -206,14 +206,27 @@ pub(super) fn find_events(
     }
 }
 
-/// Puts the flat events behind the others, those of one edge together.
+/// Puts the flat events behind the others, those of one edge together, where the first of them was.
 fn gather_flat(events: &mut [Event]) {
-    if events.iter().any(Event::is_flat) {
-        events.sort_by_key(|event| match event.source {
-            ShadowSource::Edge { edge, .. } if event.is_flat() => (true, edge),
-            _ => (false, 0),
-        });
+    let edge = |event: &Event| match event.source {
+        ShadowSource::Edge { edge, .. } if event.is_flat() => Some(edge),
+        _ => None,
+    };
+    let mut first: Vec<(u32, u32)> = (0u32..)
+        .zip(&*events)
+        .filter_map(|(place, event)| Some((edge(event)?, place)))
+        .collect();
+    if first.is_empty() {
+        return;
     }
+    first.sort_unstable();
+    first.dedup_by_key(|&mut (edge, _)| edge);
+    let place = |edge| {
+        first
+            .binary_search_by_key(&edge, |&(edge, _)| edge)
+            .map(|at| first[at].1)
+    };
+    events.sort_by_cached_key(|event| edge(event).and_then(|edge| place(edge).ok()));
 }
 
 /// Puts events of one corner of the light in an order in which those that follow each other lie near each other as the

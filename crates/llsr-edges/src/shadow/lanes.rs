@@ -326,16 +326,23 @@ fn cut(batch: &Batch, rule: Rule, found: &mut Found) {
         let beyond = (from < low) & (to < low) | (from > high) & (to > high);
         any |= crosses[lane] & !beyond;
     }
+    // In arrays of their own: lanes that are written one beside the other in memory are joined in other ways.
+    let (mut start, mut end) = ([0.0; LANES], [0.0; LANES]);
+    let (mut here, mut there) = ([0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
         let turned = s[0][lane] > s[1][lane];
-        let start = if turned { s[1][lane] } else { s[0][lane] };
-        let end = if turned { s[0][lane] } else { s[1][lane] };
-        let here = if turned { w[1][lane] } else { w[0][lane] };
-        let there = if turned { w[0][lane] } else { w[1][lane] };
-        (found.s[0][lane], found.s[1][lane]) = (start, end);
-        found.w[lane] = here;
-        found.slope[lane] = (there - here) / (end - start);
+        start[lane] = if turned { s[1][lane] } else { s[0][lane] };
+        end[lane] = if turned { s[0][lane] } else { s[1][lane] };
+        here[lane] = if turned { w[1][lane] } else { w[0][lane] };
+        there[lane] = if turned { w[0][lane] } else { w[1][lane] };
     }
+    let mut slope = [0.0; LANES];
+    for lane in 0..LANES {
+        slope[lane] = (there[lane] - here[lane]) / (end[lane] - start[lane]);
+    }
+    found.s = [start, end];
+    found.w = here;
+    found.slope = slope;
     // Most faces lie behind the blocker.
     if !any {
         found.is_hiding = [false; LANES];

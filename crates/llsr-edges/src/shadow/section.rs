@@ -122,6 +122,9 @@ impl Part {
         statistics: &mut ShadowStatistics,
     ) {
         self.set_whole();
+        if events.first().is_some_and(|event| misses(event, receiver)) {
+            return;
+        }
         let to_object = |p: DVec3| receiver.to_object.transform_point3(p);
         scratch.wedges.clear();
         for event in events {
@@ -159,6 +162,17 @@ impl Part {
         tree.columns(&self.common.hits, &mut self.common.columns);
         self.is_common = true;
     }
+}
+
+/// True if an event's plane does not cross the box around a receiver: of many receivers most are told so, long before their trees say it.
+fn misses(event: &Event, receiver: &ShadowObject) -> bool {
+    let [p, a, b] = event.points;
+    let normal = (a - p).cross(b - p);
+    let (low, high) = (receiver.bounds.min.as_dvec3(), receiver.bounds.max.as_dvec3());
+    let (center, half) = (0.5 * (low + high), 0.5 * (high - low));
+    // The box is in single precision. Numbers that are not finite compare as false.
+    let room = 1e-5 * (half.length() + center.length() + p.length()) * normal.length();
+    (center - p).dot(normal).abs() > half.dot(normal.abs()) + room
 }
 
 /// True if a point lies between two others, up to a part in 10^9 of their distance.
@@ -199,6 +213,9 @@ pub(super) fn cut(
         slot,
         is_own,
     } = target;
+    if misses(event, receiver) || part.is_common && part.common.hits.is_empty() {
+        return;
+    }
     let to_object = |p: DVec3| receiver.to_object.transform_point3(p);
     let [first, second, third] = event.points.map(to_object);
     let is_edge = matches!(event.source, ShadowSource::Edge { .. });
@@ -244,6 +261,9 @@ pub(super) fn cut(
         tree.columns(&faces.hits, &mut faces.columns);
         faces
     };
+    if hits.is_empty() {
+        return;
+    }
     statistics.faces += hits.len();
     // Alpha and beta are the same in all affine frames.
     let frame = Frame::new(

@@ -138,6 +138,16 @@ impl SceneFound {
         self.segments.push(segment);
     }
 
+    /// Appends as many segments as edges.
+    pub(super) fn extend(
+        &mut self,
+        edges: impl Iterator<Item = u32>,
+        segments: impl Iterator<Item = [Vec3; 2]>,
+    ) {
+        self.edges.extend(edges);
+        self.segments.extend(segments);
+    }
+
     /// Closes the run that was begun; drops it if nothing was pushed.
     pub(super) fn end(&mut self) {
         let end = self.segments.len() as u32;

@@ -6,7 +6,7 @@ mod warning;
 
 use std::sync::Arc;
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3};
 use llsr_intervals::{QueryStatistics, Viewpoint};
 use llsr_scene::{Bounds, Camera, Geometry, Mesh, MeshId, ObjectId, Projection, Scene, Viewport};
 
@@ -15,9 +15,6 @@ use crate::{EdgeOptions, EdgeScratch, FoundEdges, MeshEdges};
 pub use found::{EdgeClass, EdgeRun, SceneFound, ViewedEdge};
 pub use outline::{Eye, onto_surface, outline, outline_chords};
 pub use warning::EdgeWarning;
-
-/// Edges whose ends are fetched at a time.
-const SEGMENTS: usize = 256;
 
 /// How the edges of a scene are prepared.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -328,31 +325,14 @@ impl SceneEdges {
                     return nothing;
                 };
                 let statistics = edges.find(&viewer, &mut scratch.mesh, &mut scratch.found);
-                let mut add = |class, list: &mut dyn Iterator<Item = u32>| {
-                    let (mut numbers, mut segments) = ([0; SEGMENTS], [[Vec3::ZERO; 2]; SEGMENTS]);
-                    found.begin(object, class);
-                    loop {
-                        let mut count = 0;
-                        for (number, edge) in numbers.iter_mut().zip(&mut *list) {
-                            *number = edge;
-                            count += 1;
-                        }
-                        edges.segments(&numbers[..count], &mut segments);
-                        for (&edge, ends) in numbers[..count].iter().zip(&segments) {
-                            found.push(edge, ends.map(|p| placed.transform.transform_point3(p)));
-                        }
-                        if count < SEGMENTS {
-                            break;
-                        }
-                    }
-                    found.end();
-                };
-                add(
-                    EdgeClass::Silhouette,
-                    &mut scratch.found.silhouettes.iter().copied(),
-                );
-                add(EdgeClass::Crease, &mut scratch.found.creases.iter().copied());
-                add(EdgeClass::Boundary, &mut edges.boundaries());
+                let transform = &placed.transform;
+                let FoundEdges {
+                    silhouettes, creases, ..
+                } = &scratch.found;
+                let run = |class| (object, class, edges, transform);
+                append(found, run(EdgeClass::Silhouette), silhouettes.iter().copied());
+                append(found, run(EdgeClass::Crease), creases.iter().copied());
+                append(found, run(EdgeClass::Boundary), edges.boundaries());
                 statistics
             }
             Geometry::Primitive(primitive) => {
@@ -383,6 +363,21 @@ impl SceneEdges {
             }
         }
     }
+}
+
+/// Appends edges of one object and class.
+fn append(
+    found: &mut SceneFound,
+    (object, class, edges, transform): (ObjectId, EdgeClass, &MeshEdges, &Affine3A),
+    list: impl Iterator<Item = u32> + Clone,
+) {
+    found.begin(object, class);
+    let place = |edge| {
+        let [a, b] = edges.segment(edge);
+        [transform.transform_point3(a), transform.transform_point3(b)]
+    };
+    found.extend(list.clone(), list.map(place));
+    found.end();
 }
 
 fn prepare_all(
