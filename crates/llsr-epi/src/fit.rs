@@ -13,7 +13,7 @@ use crate::interpolate::{BLOCK, MARGIN, ROW, Source, TILE_WORDS, TapMasks, TileR
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
 use crate::picture::PictureBand;
-use crate::pixels::POSITION_SHIFT;
+use crate::pixels::{HALF_SHIFT, POSITION_SHIFT};
 use crate::reach::FORWARD;
 
 /// Added to the squares of distances, in square pixels, so that means in one line have no slope across it.
@@ -257,26 +257,33 @@ impl Default for FitScratch {
 }
 
 impl FitScratch {
-    /// Fills 16 pixels from column `at` of the row in `slot`, from `words` and what was unpacked of them.
+    /// Fills 16 pixels from column `at` of the row in `slot`, from their words, the low bits of their colours and what was unpacked of them.
     #[inline(always)]
-    pub(crate) fn unpack<F: Floats>(&mut self, slot: usize, words: &[u16; BLOCK], row: &TileRow, at: usize) {
-        let mut quarters = [[0.0; BLOCK]; 2];
-        for (quarters, shift) in quarters.iter_mut().zip([0, 2]) {
-            for (quarter, word) in quarters.iter_mut().zip(words) {
-                *quarter = f32::from(word >> (POSITION_SHIFT + shift) & 3);
-            }
+    pub(crate) fn unpack<F: Floats>(
+        &mut self,
+        slot: usize,
+        words: &[u16; BLOCK],
+        cache: &[u32; BLOCK],
+        row: &TileRow,
+        at: usize,
+    ) {
+        // Column and row in eighths of a pixel.
+        let (mut x, mut y) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for ((x, y), (word, cache)) in x.iter_mut().zip(&mut y).zip(words.iter().zip(cache)) {
+            let quarters = word >> POSITION_SHIFT;
+            *x = f32::from(quarters << 1 & 6 | word >> HALF_SHIFT);
+            *y = f32::from(quarters >> 1 & 6 | (cache >> HALF_SHIFT) as u16 & 1);
         }
         let n = F::load(row.there(), at);
-        let [x, y] = [&quarters[0], &quarters[1]];
-        let (quarter, middle) = (F::splat(0.25), F::splat(0.375));
+        let (eighth, middle) = (F::splat(0.125), F::splat(0.4375));
         let places = &mut self.places[slot];
-        F::load(x, 0)
-            .times(quarter)
+        F::load(&x, 0)
+            .times(eighth)
             .minus(middle)
             .times(n)
             .store(&mut places.x, at);
-        F::load(y, 0)
-            .times(quarter)
+        F::load(&y, 0)
+            .times(eighth)
             .minus(middle)
             .times(n)
             .store(&mut places.y, at);

@@ -289,7 +289,7 @@ fn load_row<B: Blocks>(
             Some(block) => {
                 B::unpack(block, row, at);
                 if let Some(fit) = &mut fit {
-                    fit.unpack::<B::Floats>(slot, block.0, row, at);
+                    fit.unpack::<B::Floats>(slot, block.0, block.2, row, at);
                 }
             }
             None => {

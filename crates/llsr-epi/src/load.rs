@@ -3,7 +3,7 @@
 use crate::code::EdgeCode;
 use crate::colour::pack_depth;
 use crate::image::EdgePointImage;
-use crate::pixels::{POSITION_SHIFT, Pixels};
+use crate::pixels::{HALF_SHIFT, POSITION_SHIFT, Pixels};
 use crate::simd;
 
 /// Projected points of a picture in planes, rows `stride` pixels apart: what a cache of points has anyway.
@@ -11,7 +11,8 @@ use crate::simd;
 pub struct SamplePlanes<'a> {
     /// Pixels from one row to the next, at least the width of the picture.
     pub stride: usize,
-    /// Bits 0-3 the quarter-pixel region 4 * row + column, bit 4 set if there is a point; other bits are ignored.
+    /// Bits 0-3 the quarter-pixel region 4 * row + column, bit 4 set if there is a point, bit 5 if it lies in the right half of its region, bit 6
+    /// if in the lower half; bit 7 is ignored.
     pub region: &'a [u8],
     /// Distance along the view axis, as [`Point::depth`](crate::Point::depth); read only where there is a point.
     pub depth: &'a [f32],
@@ -22,8 +23,11 @@ pub struct SamplePlanes<'a> {
     pub fine: &'a [u16],
 }
 
-/// Bits of a region byte that mean something.
-const REGION: u8 = 0x1f;
+/// Bits of a region byte that go into the word of a pixel.
+const REGION: u8 = 0x3f;
+/// Of these the one that goes with the low bits of colours, and how far.
+const LOWER: u8 = 0x40;
+const LOWER_SHIFT: u32 = HALF_SHIFT - LOWER.trailing_zeros();
 /// Set in a region byte if there is a point.
 const OCCUPIED: u8 = 0x10;
 /// Bits of the low parts of mantissas that mean something.
@@ -81,7 +85,7 @@ pub(crate) fn load(planes: SamplePlanes<'_>, with_colours: bool, pixels: &mut Pi
         let colours = &mut pixels.colours[to.clone()][..width];
         let cache = &mut pixels.cache[to][..width];
         for (word, region) in words.iter_mut().zip(region) {
-            // The mark of a point lies right above the region, as it does in the word of a pixel.
+            // The mark of a point lies right above the region and right below that of its right half, as in the word of a pixel.
             *word = *word & EdgeCode::BITS | u16::from(region & REGION) << POSITION_SHIFT;
         }
         if !with_colours {
@@ -94,7 +98,8 @@ pub(crate) fn load(planes: SamplePlanes<'_>, with_colours: bool, pixels: &mut Pi
         for x in 0..width {
             let there = if region[x] & OCCUPIED == 0 { 0 } else { u32::MAX };
             colours[x] = colour[x] & there;
-            cache[x] = (u32::from(pack_depth(depth[x])) << 16 | u32::from(fine[x] & FINE_BITS)) & there;
+            let low = fine[x] & FINE_BITS | u16::from(region[x] & LOWER) << LOWER_SHIFT;
+            cache[x] = (u32::from(pack_depth(depth[x])) << 16 | u32::from(low)) & there;
         }
     }
 }
@@ -105,6 +110,7 @@ mod tests {
 
     use super::*;
     use crate::colour::pack_colour;
+    use crate::pixels::SAMPLE;
     use crate::{EdgePointImage, Point, Settings};
 
     #[test]
@@ -139,15 +145,18 @@ mod tests {
                         value + 0.1
                     };
                     let quarter = (next() % 16) as u8;
+                    let half = (next() % 4) as u8;
                     // Garbage beside a point that is not there must not show.
-                    region[i] = quarter | if there { 16 } else { 0 } | 0x80;
+                    region[i] = quarter | half << 5 | if there { 16 } else { 0 } | 0x80;
                     depth[i] = far;
                     let packed = pack_colour(Vec3::new(value, 1.0, 3.0 * value));
                     (colour[i], fine[i]) = (packed.coarse, packed.fine | 0x8000);
-                    let at = |q: u8, corner: u32| corner as f32 + (f32::from(q) + 0.5) / 4.0;
+                    let at = |q: u8, half: u8, corner: u32| {
+                        corner as f32 + (f32::from(q) + 0.25 + 0.5 * f32::from(half)) / 4.0
+                    };
                     if there {
                         inserted.insert(&Point {
-                            position: Vec2::new(at(quarter % 4, x), at(quarter / 4, y)),
+                            position: Vec2::new(at(quarter % 4, half & 1, x), at(quarter / 4, half >> 1, y)),
                             depth: far,
                             colour: Vec3::new(value, 1.0, 3.0 * value),
                         });
@@ -161,6 +170,13 @@ mod tests {
                 colour: &colour,
                 fine: &fine,
             });
+            let stored = |image: &EdgePointImage, index: usize| {
+                let there = image.pixels.words[index] & SAMPLE != 0;
+                there.then(|| (image.pixels.words[index], image.pixels.cache[index]))
+            };
+            for index in 0..inserted.pixels.words.len() {
+                assert_eq!(stored(&loaded, index), stored(&inserted, index), "bits of {index}");
+            }
             let mut places = image();
             places.load_places(SamplePlanes {
                 stride,

@@ -9,6 +9,9 @@ use crate::colour::{Packed, pack_colour, pack_depth, unpack_colour, unpack_depth
 pub(crate) const POSITION_SHIFT: u32 = 10;
 /// Set if the pixel has a sample.
 pub(crate) const SAMPLE: u16 = 1 << 14;
+/// Bit number in a word that says that the sample lies in the right half of its region, and that in the low bits of colours that says that it
+/// lies in the lower half.
+pub(crate) const HALF_SHIFT: u32 = 15;
 /// Bit number of [`SAMPLE`].
 pub(crate) const SAMPLE_SHIFT: u32 = 14;
 
@@ -29,6 +32,8 @@ pub struct Point {
 pub struct Sample {
     /// Quarter-pixel region in which it lies: 4 * row + column, each 0..4.
     pub position: u8,
+    /// Where within that region: bit 0 in its right half, bit 1 in its lower half.
+    pub eighth: u8,
     /// Depth, rounded up by at most 1/1023.
     pub depth: f32,
     /// Colour with 14 bits to the largest component.
@@ -42,11 +47,12 @@ pub(crate) struct Pixels {
     pub(crate) height: usize,
     /// Pixels from one row to the next: a multiple of 64.
     pub(crate) stride: usize,
-    /// Bits 0-9 edge code, 10-13 position of the sample, 14 has a sample.
+    /// Bits 0-9 edge code, 10-13 position of the sample, 14 has a sample, 15 it lies in the right half of its quarter.
     pub(crate) words: Vec<u16>,
     /// High bits of shared-exponent colours; 0 without a sample.
     pub(crate) colours: Vec<u32>,
-    /// Depth in the high half, low bits of the colour in the low one; 0 without a sample.
+    /// Depth in the high half, low bits of the colour in the low one, whose bit 15 says that the sample lies in the lower half of its quarter;
+    /// 0 without a sample.
     pub(crate) cache: Vec<u32>,
 }
 
@@ -78,18 +84,19 @@ impl Pixels {
             return false;
         }
         let (column, row) = (x as usize, y as usize);
-        let quarter = |v: f32| ((v - v.floor()) * 4.0) as u16;
-        let position = 4 * quarter(y) + quarter(x);
+        let eighth = |v: f32| ((v - v.floor()) * 8.0) as u16;
+        let (right, down) = (eighth(x), eighth(y));
+        let position = 4 * (down >> 1) + (right >> 1);
         let index = row * self.stride + column;
         let depth = pack_depth(point.depth);
         let word = self.words[index];
         if word & SAMPLE != 0 && depth >= (self.cache[index] >> 16) as u16 {
             return false;
         }
-        self.words[index] = word & EdgeCode::BITS | position << POSITION_SHIFT | SAMPLE;
+        self.words[index] = word & EdgeCode::BITS | position << POSITION_SHIFT | SAMPLE | right << HALF_SHIFT;
         let colour = pack_colour(point.colour);
         self.colours[index] = colour.coarse;
-        self.cache[index] = u32::from(depth) << 16 | u32::from(colour.fine);
+        self.cache[index] = u32::from(depth) << 16 | u32::from(colour.fine | down << HALF_SHIFT);
         true
     }
 
@@ -105,6 +112,7 @@ impl Pixels {
         let word = self.words[index];
         (word & SAMPLE != 0).then(|| Sample {
             position: (word >> POSITION_SHIFT & 15) as u8,
+            eighth: (word >> HALF_SHIFT) as u8 | (self.cache[index] >> HALF_SHIFT & 1) as u8 * 2,
             depth: unpack_depth((self.cache[index] >> 16) as u16),
             colour: self.colour(index),
         })

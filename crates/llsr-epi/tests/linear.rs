@@ -19,7 +19,7 @@ fn image(width: u32, height: u32, linear: bool) -> EdgePointImage {
     EdgePointImage::new(width, height, settings).unwrap()
 }
 
-/// Samples in about `share` of the pixels, in the middle of a quarter where they are kept, coloured by their places.
+/// Samples in about `share` of the pixels, in the middle of an eighth of the pixel each way where they are kept, coloured by their places.
 fn scatter(
     images: &mut [&mut EdgePointImage],
     share: f32,
@@ -32,8 +32,8 @@ fn scatter(
             if stream.unit() >= share {
                 continue;
             }
-            let quarter = Vec2::new(stream.unit(), stream.unit()) * 4.0;
-            let position = Vec2::new(x as f32, y as f32) + (quarter.floor() + 0.5) / 4.0;
+            let eighth = Vec2::new(stream.unit(), stream.unit()) * 8.0;
+            let position = Vec2::new(x as f32, y as f32) + (eighth.floor() + 0.5) / 8.0;
             let colour = colour(position);
             for image in &mut *images {
                 image.insert(&Point {
@@ -115,9 +115,9 @@ fn centroid(image: &EdgePointImage, pixel: (u32, u32), kernel: &Kernel) -> [f64;
             continue;
         }
         let weight = f64::from(kernel.weight(dx as isize, dy as isize));
-        let place = |d: i32, quarter: u8| f64::from(d) + (f64::from(quarter) + 0.5) / 4.0 - 0.5;
-        sum[0] += weight * place(dx, sample.position % 4);
-        sum[1] += weight * place(dy, sample.position / 4);
+        let place = |d: i32, eighth: u8| f64::from(d) + (f64::from(eighth) + 0.5) / 8.0 - 0.5;
+        sum[0] += weight * place(dx, sample.position % 4 * 2 + sample.eighth % 2);
+        sum[1] += weight * place(dy, sample.position / 4 * 2 + sample.eighth / 2);
         total += weight;
     }
     sum.map(|sum| sum / total)

@@ -1,13 +1,18 @@
 //! The picture of points: what falls into each pixel.
 
 use crate::filter::{DepthFilter, FilterScratch};
-use crate::project::{self, Entries, Level, List, ListMut, REGION_SHIFT, SETTLED, SLOT_MASK, Task};
+use crate::project::{
+    self, EIGHTH_SHIFT, Entries, Level, List, ListMut, REGION_SHIFT, SETTLED, SLOT_MASK, Task,
+};
 use crate::store::{LANES, PointStore};
 use crate::view::View;
 use crate::{Error, finish};
 
-/// Set in a region byte if the pixel has a point; the region is in the four bits below.
+/// Set in a region byte if the pixel has a point; the region is in the four bits below, the place within the region in the two above.
 pub const OCCUPIED: u8 = 16;
+
+/// Lowest bit of the place within the region in a region byte.
+const EIGHTHS_BIT: u32 = 5;
 
 /// The slot of a pixel without a point.
 pub const NO_SLOT: u32 = u32::MAX;
@@ -273,8 +278,8 @@ impl PointImage {
         self.stride
     }
 
-    /// For each pixel the quarter-pixel region of its point (bits 0-3, as [`Projected::region`](crate::Projected)) and
-    /// [`OCCUPIED`]; 0 without a point.
+    /// For each pixel the quarter-pixel region of its point (bits 0-3, as [`Projected::region`](crate::Projected)),
+    /// [`OCCUPIED`], and the place within the region (bits 5-6, as [`Projected::eighth`](crate::Projected)); 0 without a point.
     pub fn region_plane(&self) -> &[u8] {
         &self.planes.region
     }
@@ -522,7 +527,7 @@ impl FinishBand<'_> {
             let out_region = &mut self.region[at.clone()][..width];
             for ((region, tag), slot) in out_region.iter_mut().zip(&*tags).zip(&*out_slot) {
                 let occupied = if *slot == NO_SLOT { 0 } else { u32::from(OCCUPIED) };
-                *region = (tag >> REGION_SHIFT | occupied) as u8;
+                *region = (tag >> REGION_SHIFT | occupied | (tag >> EIGHTH_SHIFT & 3) << EIGHTHS_BIT) as u8;
             }
             let colours = &self.store.colour[..];
             // Of the same length, so that one check of bounds serves both.

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::colour::{PackedColour, pack_colour, unpack_colour};
 
 /// The largest number of points in a store.
-pub const MAX_CAPACITY: usize = (1 << 27) - 1;
+pub const MAX_CAPACITY: usize = (1 << 25) - 1;
 
 /// Slots are handled in groups of this many: the arrays are padded to a multiple of it.
 pub(crate) const LANES: usize = 16;

@@ -7,13 +7,13 @@ use crate::Error;
 /// The largest width and height of a picture in pixels.
 pub const MAX_SIDE: u32 = 16_384;
 
-/// Quarter pixels to a pixel, each way.
-const SUBPIXELS: f32 = 4.0;
+/// Eighths of a pixel, each way.
+pub(crate) const EIGHTHS: f32 = 8.0;
 
 /// A camera and a picture: maps points to pixel, position within the pixel and depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Over the point (x, y, z, 1): quarter-pixel column and row, both before the division, the divisor w, and the
+    /// Over the point (x, y, z, 1): column and row in eighths of a pixel, both before the division, the divisor w, and the
     /// depth.
     pub(crate) rows: [Vec4; 4],
     pub(crate) width: u32,
@@ -29,6 +29,8 @@ pub struct Projected {
     pub y: u32,
     /// Quarter-pixel region: `4 * row + column` within the pixel, 0 at the top left, below 16 (BWG03 section 4.3).
     pub region: u8,
+    /// Where within that region: bit 0 in its right half, bit 1 in its lower half.
+    pub eighth: u8,
     /// Depth along the view, in the unit of the scene; above 0.
     pub depth: f32,
 }
@@ -50,7 +52,7 @@ impl View {
             view_projection.row(1),
             view_projection.row(3),
         );
-        let half = |side: u32| 0.5 * SUBPIXELS * side as f32;
+        let half = |side: u32| 0.5 * EIGHTHS * side as f32;
         Ok(Self {
             rows: [(x + w) * half(width), (w - y) * half(height), w, w],
             width,
@@ -85,16 +87,17 @@ impl View {
             && depth < f32::INFINITY
             && across >= 0.0
             && down >= 0.0
-            && across < SUBPIXELS * self.width as f32
-            && down < SUBPIXELS * self.height as f32;
+            && across < EIGHTHS * self.width as f32
+            && down < EIGHTHS * self.height as f32;
         if !inside {
             return None;
         }
         let (across, down) = (across as u32, down as u32);
         Some(Projected {
-            x: across >> 2,
-            y: down >> 2,
-            region: ((down & 3) << 2 | across & 3) as u8,
+            x: across >> 3,
+            y: down >> 3,
+            region: ((down & 6) << 1 | (across & 6) >> 1) as u8,
+            eighth: ((down & 1) << 1 | across & 1) as u8,
             depth,
         })
     }

@@ -1,8 +1,8 @@
 //! Projection of many points into compact lists of those that fall into the picture.
 //!
-//! A list entry is (offset of the pixel, depth bits, tag) with tag = region << 28 | settled << 27 | slot, where points of
+//! A list entry is (offset of the pixel, depth bits, tag) with tag = region << 28 | eighth << 26 | settled << 25 | slot, where points of
 //! some age are settled and younger ones fresh. Depths are positive, so their bits are ordered as they are, and
-//! `depth << 32 | tag` orders entries by depth, then by region, fresh before settled, and slot: the minimum at a pixel is the
+//! `depth << 32 | tag` orders entries by depth, then by place, fresh before settled, and slot: the minimum at a pixel is the
 //! same whatever the order in which points come.
 
 #[cfg(target_arch = "x86_64")]
@@ -17,8 +17,10 @@ use crate::view::View;
 
 /// Lowest bit of the region in a tag.
 pub(crate) const REGION_SHIFT: u32 = 28;
+/// Lowest bit of the place within the region.
+pub(crate) const EIGHTH_SHIFT: u32 = 26;
 /// Set in the tags of points that are not fresh.
-pub(crate) const SETTLED: u32 = 1 << 27;
+pub(crate) const SETTLED: u32 = 1 << 25;
 /// Bits of a tag that hold the slot.
 pub(crate) const SLOT_MASK: u32 = SETTLED - 1;
 
@@ -213,7 +215,8 @@ fn scalar(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListMut<'_>)
             let settled = if store.age[i] < task.fresh { 0 } else { SETTLED };
             list.pixel[count] = p.y * task.stride + p.x;
             list.depth[count] = p.depth.to_bits();
-            list.tag[count] = u32::from(p.region) << REGION_SHIFT | settled | i as u32;
+            let place = u32::from(p.region) << REGION_SHIFT | u32::from(p.eighth) << EIGHTH_SHIFT;
+            list.tag[count] = place | settled | i as u32;
             count += 1;
         }
     }

@@ -9,7 +9,8 @@
 
 use std::arch::x86_64::*;
 
-use super::{Entries, Level, ListMut, REGION_SHIFT, SETTLED, Task, select_scalar};
+use super::{EIGHTH_SHIFT, Entries, Level, ListMut, REGION_SHIFT, SETTLED, Task, select_scalar};
+use crate::view::EIGHTHS;
 
 /// For each mask of 8 lanes, the lanes whose bit is set, in order; the rest is 0.
 static COMPRESS: [[u32; 8]; 256] = {
@@ -46,10 +47,10 @@ pub(super) fn project(level: Level, task: &Task<'_>, range: (usize, usize), list
 unsafe fn avx512(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListMut<'_>) -> usize {
     let (store, view) = (task.store, &task.view);
     let rows = view.rows.map(|r| r.to_array().map(|v| _mm512_set1_ps(v)));
-    let right = _mm512_set1_ps(4.0 * view.width as f32);
-    let bottom = _mm512_set1_ps(4.0 * view.height as f32);
+    let right = _mm512_set1_ps(EIGHTHS * view.width as f32);
+    let bottom = _mm512_set1_ps(EIGHTHS * view.height as f32);
     let (zero, infinity) = (_mm512_setzero_ps(), _mm512_set1_ps(f32::INFINITY));
-    let three = _mm512_set1_epi32(3);
+    let (quarters, odd) = (_mm512_set1_epi32(6), _mm512_set1_epi32(1));
     let fresh = _mm512_set1_epi32(i32::from(task.fresh));
     let settled = _mm512_set1_epi32(SETTLED as i32);
     let stride = _mm512_set1_epi32(task.stride as i32);
@@ -79,16 +80,20 @@ unsafe fn avx512(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListM
             & _mm512_cmp_ps_mask::<_CMP_LT_OQ>(across, right)
             & _mm512_cmp_ps_mask::<_CMP_LT_OQ>(down, bottom);
         let (across, down) = (_mm512_cvttps_epi32(across), _mm512_cvttps_epi32(down));
-        let row = _mm512_mullo_epi32(_mm512_srli_epi32::<2>(down), stride);
-        let pixel = _mm512_add_epi32(row, _mm512_srli_epi32::<2>(across));
+        let row = _mm512_mullo_epi32(_mm512_srli_epi32::<3>(down), stride);
+        let pixel = _mm512_add_epi32(row, _mm512_srli_epi32::<3>(across));
         let region = _mm512_or_si512(
-            _mm512_slli_epi32::<2>(_mm512_and_si512(down, three)),
-            _mm512_and_si512(across, three),
+            _mm512_slli_epi32::<{ REGION_SHIFT + 1 }>(_mm512_and_si512(down, quarters)),
+            _mm512_slli_epi32::<{ REGION_SHIFT - 1 }>(_mm512_and_si512(across, quarters)),
+        );
+        let eighth = _mm512_or_si512(
+            _mm512_slli_epi32::<{ EIGHTH_SHIFT + 1 }>(_mm512_and_si512(down, odd)),
+            _mm512_slli_epi32::<{ EIGHTH_SHIFT }>(_mm512_and_si512(across, odd)),
         );
         let slot = _mm512_add_epi32(_mm512_set1_epi32(i as i32), lanes);
         let old = _mm512_cmpge_epi32_mask(age, fresh);
         let slot = _mm512_mask_or_epi32(slot, old, slot, settled);
-        let tag = _mm512_or_si512(_mm512_slli_epi32::<REGION_SHIFT>(region), slot);
+        let tag = _mm512_or_si512(_mm512_or_si512(region, eighth), slot);
         // SAFETY: at most `i - first` entries are there, and the list has room for 16 more than `end - first`.
         // Compression in the register: compressing stores are slow on some machines.
         unsafe {
@@ -111,10 +116,10 @@ unsafe fn avx512(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListM
 unsafe fn avx2(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListMut<'_>) -> usize {
     let (store, view) = (task.store, &task.view);
     let rows = view.rows.map(|r| r.to_array().map(|v| _mm256_set1_ps(v)));
-    let right = _mm256_set1_ps(4.0 * view.width as f32);
-    let bottom = _mm256_set1_ps(4.0 * view.height as f32);
+    let right = _mm256_set1_ps(EIGHTHS * view.width as f32);
+    let bottom = _mm256_set1_ps(EIGHTHS * view.height as f32);
     let (zero, infinity) = (_mm256_setzero_ps(), _mm256_set1_ps(f32::INFINITY));
-    let three = _mm256_set1_epi32(3);
+    let (quarters, odd) = (_mm256_set1_epi32(6), _mm256_set1_epi32(1));
     let fresh = _mm256_set1_epi32(i32::from(task.fresh));
     let settled = _mm256_set1_epi32(SETTLED as i32);
     let stride = _mm256_set1_epi32(task.stride as i32);
@@ -148,15 +153,19 @@ unsafe fn avx2(task: &Task<'_>, (first, end): (usize, usize), list: &mut ListMut
         let inside = inside.into_iter().reduce(|a, b| _mm256_and_ps(a, b));
         let inside = _mm256_movemask_ps(inside.unwrap_or(zero)) as usize & 255;
         let (across, down) = (_mm256_cvttps_epi32(across), _mm256_cvttps_epi32(down));
-        let row = _mm256_mullo_epi32(_mm256_srli_epi32::<2>(down), stride);
-        let pixel = _mm256_add_epi32(row, _mm256_srli_epi32::<2>(across));
+        let row = _mm256_mullo_epi32(_mm256_srli_epi32::<3>(down), stride);
+        let pixel = _mm256_add_epi32(row, _mm256_srli_epi32::<3>(across));
         let region = _mm256_or_si256(
-            _mm256_slli_epi32::<2>(_mm256_and_si256(down, three)),
-            _mm256_and_si256(across, three),
+            _mm256_slli_epi32::<{ REGION_SHIFT as i32 + 1 }>(_mm256_and_si256(down, quarters)),
+            _mm256_slli_epi32::<{ REGION_SHIFT as i32 - 1 }>(_mm256_and_si256(across, quarters)),
+        );
+        let eighth = _mm256_or_si256(
+            _mm256_slli_epi32::<{ EIGHTH_SHIFT as i32 + 1 }>(_mm256_and_si256(down, odd)),
+            _mm256_slli_epi32::<{ EIGHTH_SHIFT as i32 }>(_mm256_and_si256(across, odd)),
         );
         let slot = _mm256_add_epi32(_mm256_set1_epi32(i as i32), lanes);
         let slot = _mm256_or_si256(slot, _mm256_andnot_si256(_mm256_cmpgt_epi32(fresh, age), settled));
-        let tag = _mm256_or_si256(_mm256_slli_epi32::<{ REGION_SHIFT as i32 }>(region), slot);
+        let tag = _mm256_or_si256(_mm256_or_si256(region, eighth), slot);
         // SAFETY: at most `i - first` entries are there, and the list has room for 16 more than `end - first`.
         unsafe {
             let order = _mm256_loadu_si256(COMPRESS[inside].as_ptr().cast());

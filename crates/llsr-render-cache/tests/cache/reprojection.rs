@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use crate::scene::*;
 
-/// Per pixel: region, depth and slot of the nearest point.
+/// Per pixel: region byte without its mark, depth and slot of the nearest point.
 type Expected = Vec<Option<(u8, f64, u32)>>;
 
 fn reproject_slowly(store: &PointStore, matrix: &Mat4, width: u32, height: u32) -> Expected {
@@ -18,10 +18,11 @@ fn reproject_slowly(store: &PointStore, matrix: &Mat4, width: u32, height: u32) 
         if x < 0.0 || y < 0.0 || x >= f64::from(4 * width) || y >= f64::from(4 * height) {
             continue;
         }
+        let halves = ((2.0 * y) as usize as u8 & 1) << 1 | (2.0 * x) as usize as u8 & 1;
         let (x, y) = (x as usize, y as usize);
         let pixel = &mut pixels[y / 4 * width as usize + x / 4];
         if pixel.is_none_or(|(_, d, _)| depth < d) {
-            *pixel = Some(((y % 4 * 4 + x % 4) as u8, depth, slot));
+            *pixel = Some(((y % 4 * 4 + x % 4) as u8 | halves << 5, depth, slot));
         }
     }
     pixels
@@ -37,7 +38,7 @@ fn scattered(seed: u64, count: usize, matrix: &Mat4, width: u32, height: u32) ->
         let mut coordinate = || 8.0 * random.next() - 4.0;
         let position = Vec3::new(coordinate(), coordinate(), coordinate());
         if let Some((x, y, depth)) = project_slowly(matrix, width, height, position) {
-            let near_border = |v: f64| (v - v.round()).abs() < 0.01;
+            let near_border = |v: f64| (2.0 * v - (2.0 * v).round()).abs() < 0.02;
             if near_border(x) || near_border(y) || depth < 0.01 || !depths.insert((depth * 1e5) as u64) {
                 continue;
             }
