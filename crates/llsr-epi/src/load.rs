@@ -175,7 +175,11 @@ mod tests {
                 there.then(|| (image.pixels.words[index], image.pixels.cache[index]))
             };
             for index in 0..inserted.pixels.words.len() {
-                assert_eq!(stored(&loaded, index), stored(&inserted, index), "bits of {index}");
+                assert_eq!(
+                    stored(&loaded, index),
+                    stored(&inserted, index),
+                    "bits of {index}"
+                );
             }
             let mut places = image();
             places.load_places(SamplePlanes {

@@ -112,7 +112,7 @@ impl Pixels {
         let word = self.words[index];
         (word & SAMPLE != 0).then(|| Sample {
             position: (word >> POSITION_SHIFT & 15) as u8,
-            eighth: (word >> HALF_SHIFT) as u8 | (self.cache[index] >> HALF_SHIFT & 1) as u8 * 2,
+            eighth: (word >> HALF_SHIFT) as u8 | ((self.cache[index] >> HALF_SHIFT & 1) as u8) << 1,
             depth: unpack_depth((self.cache[index] >> 16) as u16),
             colour: self.colour(index),
         })

@@ -209,7 +209,7 @@ impl Priorities {
 
 /// Weights (1 2 1) on the pixels that have a point.
 fn filter_across(regions: &[u8], out: &mut [u8]) {
-    let there = |region: u8| region / OCCUPIED & 1;
+    let there = |region: u8| (region / OCCUPIED) & 1;
     let count = regions.len();
     for (o, r) in out.iter_mut().zip(regions) {
         *o = 2 * there(*r);
