@@ -55,6 +55,7 @@
 
 mod colour;
 mod error;
+mod fetch;
 mod filter;
 mod finish;
 mod hilbert;

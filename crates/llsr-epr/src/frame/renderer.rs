@@ -34,6 +34,8 @@ const VISIBLE_SAMPLES: f64 = 2.5;
 const FILL_PASSES: usize = 2;
 /// Points of a cell of 8x8 pixels from which on the prediction asks for no more: one in five.
 const ENOUGH: usize = 13;
+/// New samples ahead of the one that is stored, for which the memory is asked.
+const FETCHED_AHEAD: usize = 6;
 /// Pixels to each sample that is remembered for having differed from the picture.
 const SURPRISE_PIXELS: usize = 16;
 /// One group of points in so many is looked at to predict.
@@ -286,7 +288,10 @@ impl FrameRenderer {
     pub fn take(&mut self, points: &[ShadedPoint], met: &Encounters) {
         let start = Instant::now();
         self.taken += points.len() as u64;
-        for point in points {
+        for (i, point) in points.iter().enumerate() {
+            if let Some(next) = points.get(i + FETCHED_AHEAD) {
+                self.store.prefetch(next.position, &self.points);
+            }
             // Asked for ahead, from where the camera may never be: behind a wall, say, that is seen from both sides.
             let to_eye = self.camera.position.as_vec3() - point.position;
             if self.frame > 0 && point.normal.dot(to_eye) <= 0.0 {
