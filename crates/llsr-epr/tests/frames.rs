@@ -230,6 +230,45 @@ fn samples_go_where_new_ones_differed_from_the_picture() {
 }
 
 #[test]
+fn what_is_seen_through_a_narrow_gap_keeps_its_points() {
+    let mut scene = Scene::new("gap");
+    let grey = scene.add_material(Material::diffuse("grey", Vec3::splat(0.6)));
+    let wall = [[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]].map(|[x, y]| Vec3::new(x, y, -3.0));
+    let wall = scene.add_mesh(Mesh::quad("wall", wall, grey));
+    // Between two boards, three pixels wide.
+    for side in [-1.0, 1.0] {
+        let (a, b) = (Vec3::new(0.078 * side, -2.0, -0.02), Vec3::new(2.0 * side, 2.0, 0.0));
+        scene.add_mesh(Mesh::cuboid("board", a.min(b), a.max(b), grey));
+    }
+    let (a, b) = (DVec3::new(-0.3, 1.0, 4.0), DVec3::new(0.3, 1.0, 4.0));
+    scene.add_light(LinearLight::new("tube", a, b, 3000.0));
+    let (world, _) = World::new(Arc::new(scene), &[]);
+    let scene = Arc::clone(world.scene());
+    let shader = DirectShader::new(Arc::new(world), Vec3::ONE);
+    let camera = Camera::look_at(
+        "eye",
+        DVec3::new(0.0, 0.0, 5.0),
+        DVec3::ZERO,
+        DVec3::Y,
+        FieldOfView::vertical_degrees(50.0),
+    );
+    let renderer = FrameRenderer::new(&scene, VIEWPORT, FrameSettings::default()).expect("size");
+    let mut lockstep = LockstepRenderer::new(renderer, 300);
+    lockstep.warm_up(&shader, &camera);
+    for _ in 0..12 {
+        lockstep.draw(&camera);
+        lockstep.shade(&shader);
+    }
+    lockstep.draw(&camera);
+    let points = lockstep.renderer.points();
+    let seen = (20..70)
+        .flat_map(|y| (59..61).map(move |x| y * points.stride() + x))
+        .filter(|&i| lockstep.renderer.store().object(points.slot_plane()[i]) == Some(wall.0))
+        .count();
+    assert!(seen > 20, "{seen} of 100 pixels in the gap have a point");
+}
+
+#[test]
 fn no_stale_shadow_outlives_its_frames() {
     for shadows_apart in [false, true] {
         check_stale_shadows(shadows_apart);

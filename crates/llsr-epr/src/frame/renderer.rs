@@ -36,6 +36,13 @@ const FILL_PASSES: usize = 2;
 const ENOUGH: usize = 13;
 /// New samples ahead of the one that is stored, for which the memory is asked.
 const FETCHED_AHEAD: usize = 6;
+/// The filter of the cache knows no edges: it takes points seen through gaps of few pixels for points that shine through, as often as they are
+/// sampled. What does shine through is found by what it reaches ([`HiddenScratch::discard`]).
+const NO_FILTER: DepthFilter = DepthFilter {
+    reach: 0,
+    tolerance: 0.0,
+    fresh: 0,
+};
 /// Pixels to each sample that is remembered for having differed from the picture.
 const SURPRISE_PIXELS: usize = 16;
 /// One group of points in so many is looked at to predict.
@@ -645,16 +652,13 @@ impl FrameRenderer {
         let Ok(view) = View::new(matrix, width, height) else {
             unreachable!("the size was checked when the image of points was made")
         };
-        let density = self.points.counts().occupied as f32 / self.viewport.pixels() as f32;
-        // Points are thinner where surfaces come near.
-        let filter = DepthFilter::default().for_density(0.6 * density);
         let bands = self.settings.threads.max(1);
         if bands == 1 {
-            self.points.reproject(&self.store, &view, &filter);
+            self.points.reproject(&self.store, &view, &NO_FILTER);
             return;
         }
         share(
-            self.points.project_chunks(&self.store, &view, &filter, bands),
+            self.points.project_chunks(&self.store, &view, &NO_FILTER, bands),
             &ProjectChunk::run,
         );
         share(self.points.resolve_bands(bands), &ResolveBand::run);
