@@ -237,7 +237,10 @@ fn what_is_seen_through_a_narrow_gap_keeps_its_points() {
     let wall = scene.add_mesh(Mesh::quad("wall", wall, grey));
     // Between two boards, three pixels wide.
     for side in [-1.0, 1.0] {
-        let (a, b) = (Vec3::new(0.078 * side, -2.0, -0.02), Vec3::new(2.0 * side, 2.0, 0.0));
+        let (a, b) = (
+            Vec3::new(0.078 * side, -2.0, -0.02),
+            Vec3::new(2.0 * side, 2.0, 0.0),
+        );
         scene.add_mesh(Mesh::cuboid("board", a.min(b), a.max(b), grey));
     }
     let (a, b) = (DVec3::new(-0.3, 1.0, 4.0), DVec3::new(0.3, 1.0, 4.0));
