@@ -143,23 +143,32 @@ pub(super) fn visible_parts(
             continue;
         }
         // Between x and end the same pieces are there; they may cross.
+        if let [a, b] = active[..] {
+            let [here, there] =
+                [&pieces[a as usize], &pieces[b as usize]].map(|piece| [piece.at(x), piece.at(end)]);
+            let is_second = is_higher(there, here);
+            let (top, here, other) = if is_second {
+                (b, there, here)
+            } else {
+                (a, here, there)
+            };
+            let until = crossing(x, end, here, other).map_or(end, |at| end.min(at));
+            shown.add(top, x, until);
+            x = until;
+            continue;
+        }
         heights.clear();
         heights.extend(active.iter().map(|&number| {
             let piece = &pieces[number as usize];
             [piece.at(x), piece.at(end)]
         }));
         let top = highest(heights);
-        let [here, there] = heights[top];
         let mut until = end;
-        for (i, other) in heights.iter().enumerate() {
-            let after = other[1] - there;
-            if after > 0.0 && i != top {
-                let before = here - other[0];
-                let crossing = x + (end - x) * (before.max(0.0) / (before.max(0.0) + after));
-                // Ties at x were decided by what is higher at the end.
-                if crossing > x {
-                    until = until.min(crossing);
-                }
+        for (i, &other) in heights.iter().enumerate() {
+            if i != top
+                && let Some(at) = crossing(x, end, heights[top], other)
+            {
+                until = until.min(at);
             }
         }
         shown.add(active[top], x, until);
@@ -226,18 +235,37 @@ fn sort(pieces: &[Piece], order: &mut Vec<u64>, sorted: &mut Vec<u64>, starts: &
     }
 }
 
-/// The number of the highest piece just after a place, given heights there and at the end of what is looked at: among those that are
-/// equal there, the highest at the end.
+/// The number of the highest piece just after a place, given heights there and at the end of what is looked at.
 fn highest(heights: &[[f64; 2]]) -> usize {
     let mut best = 0;
-    let [mut here, mut there] = heights[0];
-    for (number, &[w, v]) in heights.iter().enumerate().skip(1) {
-        let tie = 1e-12 * (w.abs() + here.abs());
-        if w > here + tie || (w >= here - tie && v > there) {
-            (best, here, there) = (number, w, v);
+    for number in 1..heights.len() {
+        if is_higher(heights[number], heights[best]) {
+            best = number;
         }
     }
     best
+}
+
+/// Just after a place, given heights there and at the end of what is looked at: of those that are equal there, what is higher at the end.
+#[inline(always)]
+fn is_higher([w, v]: [f64; 2], [here, there]: [f64; 2]) -> bool {
+    let tie = 1e-12 * (w.abs() + here.abs());
+    w > here + tie || (w >= here - tie && v > there)
+}
+
+/// Where between `x` and `end` another piece gets above the highest one, given the heights of both there.
+#[inline(always)]
+fn crossing(x: f64, end: f64, top: [f64; 2], other: [f64; 2]) -> Option<f64> {
+    let after = other[1] - top[1];
+    if after > 0.0 {
+        let before = (top[0] - other[0]).max(0.0);
+        let crossing = x + (end - x) * (before / (before + after));
+        // Ties at x were decided by what is higher at the end.
+        if crossing > x {
+            return Some(crossing);
+        }
+    }
+    None
 }
 
 /// Joins parts of one piece that follow each other.
