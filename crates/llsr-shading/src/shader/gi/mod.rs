@@ -71,7 +71,7 @@ const LEFT_OPEN: f64 = 0.1;
 
 /// Rays that a ray of a record stands for, those to lights and to records included: of a record for points, and of one for rays
 /// from afar, whose paths go on.
-const NEAR_COST: u32 = 6;
+const NEAR_COST: u32 = 5;
 const FAR_COST: u32 = 8;
 
 /// The least weight of records that speaks for a point.

@@ -15,7 +15,7 @@ use crate::{PreparedLights, SurfacePoint};
 const ROULETTE: f64 = 0.3;
 
 /// Shadow rays from the first surface of a path, about; from each of the others one is sent.
-const FIRST_RAYS: f64 = 4.0;
+const FIRST_RAYS: f64 = 2.0;
 
 /// A light from afar.
 #[derive(Clone, Copy, Debug)]
