@@ -58,6 +58,17 @@ pub(crate) trait Floats: Copy {
     fn least(self, other: Self) -> Self;
     /// `self` if it is greater, else `other`.
     fn most(self, other: Self) -> Self;
+    /// The pixels from `at` on, a whole block from the start, and those one and two to either side.
+    #[inline(always)]
+    fn window(floats: &[f32; ROW], at: usize) -> [Self; 5] {
+        [
+            Self::load(floats, at - 2),
+            Self::load(floats, at - 1),
+            Self::load(floats, at),
+            Self::load(floats, at + 1),
+            Self::load(floats, at + 2),
+        ]
+    }
 }
 
 /// One arithmetic operation on all pixels.
@@ -172,18 +183,6 @@ impl<F: Floats> Taps<F> {
     fn moment(&self, [a, b, d, e]: [F; 4]) -> F {
         self.near.times(d.minus(b)).plus(self.twice_far.times(e.minus(a)))
     }
-}
-
-/// The values of 16 pixels and of those one and two to either side.
-#[inline(always)]
-fn window<F: Floats>(values: &[f32; ROW], at: usize) -> [F; 5] {
-    [
-        F::load(values, at - 2),
-        F::load(values, at - 1),
-        F::load(values, at),
-        F::load(values, at + 1),
-        F::load(values, at + 2),
-    ]
 }
 
 /// The same where the masks of the five let them through, else 0.
@@ -337,10 +336,10 @@ impl FitScratch {
     #[inline(always)]
     fn sum_across<F: Floats>(&self, down: &TileRow, at: usize, kernel: &Kernel) -> [F; 2] {
         let taps = Taps::<F>::new(kernel);
-        let [first, second, _, fourth, fifth] = window::<F>(down.there(), at);
-        let x = taps.sum(window(&self.down.x, at));
+        let [first, second, _, fourth, fifth] = F::window(down.there(), at);
+        let x = taps.sum(F::window(&self.down.x, at));
         let moment = taps.moment([first, second, fourth, fifth]);
-        [x.plus(moment), taps.sum(window(&self.down.y, at))]
+        [x.plus(moment), taps.sum(F::window(&self.down.y, at))]
     }
 
     /// The sums for the same pixels over what the masks let through.

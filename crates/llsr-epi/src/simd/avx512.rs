@@ -61,6 +61,11 @@ impl Floats for __m512 {
     }
 
     #[inline(always)]
+    fn window(floats: &[f32; ROW], at: usize) -> [Self; 5] {
+        shifted(&floats[at - BLOCK..at + 2 * BLOCK])
+    }
+
+    #[inline(always)]
     fn splat(value: f32) -> Self {
         // SAFETY: the CPU has AVX-512 (see `Avx512`).
         unsafe { _mm512_set1_ps(value) }
@@ -83,6 +88,25 @@ impl Floats for __m512 {
     fn or(self, bits: u16, other: Self) -> Self {
         // SAFETY: the CPU has AVX-512 (see `Avx512`).
         unsafe { _mm512_mask_mov_ps(other, bits, self) }
+    }
+}
+
+/// The second block of three, and what lies one and two floats to either side of it: loads that do not lie on lines of the cache take twice as
+/// long.
+#[inline(always)]
+fn shifted(blocks: &[f32]) -> [__m512; 5] {
+    let (before, here, after) = (load(blocks, 0), load(blocks, BLOCK), load(blocks, 2 * BLOCK));
+    // SAFETY: the CPU has AVX-512 (see `Avx512`).
+    unsafe {
+        let (before, here) = (_mm512_castps_si512(before), _mm512_castps_si512(here));
+        let after = _mm512_castps_si512(after);
+        [
+            _mm512_castsi512_ps(_mm512_alignr_epi32::<14>(here, before)),
+            _mm512_castsi512_ps(_mm512_alignr_epi32::<15>(here, before)),
+            _mm512_castsi512_ps(here),
+            _mm512_castsi512_ps(_mm512_alignr_epi32::<1>(after, here)),
+            _mm512_castsi512_ps(_mm512_alignr_epi32::<2>(after, here)),
+        ]
     }
 }
 
@@ -342,17 +366,7 @@ impl Blocks for Avx512 {
         // SAFETY: the CPU has AVX-512 (see `Avx512`).
         let mut sums = unsafe { [_mm512_setzero_ps(); CHANNELS] };
         for (row, sum) in row.0.iter().zip(&mut sums) {
-            let row = &row[at - 2..at + BLOCK + 2];
-            *sum = five_taps(
-                [
-                    load(row, 0),
-                    load(row, 1),
-                    load(row, 2),
-                    load(row, 3),
-                    load(row, 4),
-                ],
-                taps,
-            );
+            *sum = five_taps(shifted(&row[at - BLOCK..at + 2 * BLOCK]), taps);
         }
         sums
     }
