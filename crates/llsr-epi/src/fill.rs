@@ -16,6 +16,9 @@ use crate::reach::{FORWARD, REACH_PLANES};
 /// Neighbours of a pixel.
 const TAPS: usize = 2 * REACH_PLANES;
 
+/// Words of 64 pixels that are looked at together, at most.
+const MOST_WORDS: usize = 8;
+
 /// What filling reads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'a> {
@@ -30,45 +33,52 @@ pub(crate) struct Source<'a> {
 /// One pass over some rows: every pixel without a colour takes the filtered colours of the neighbours that it
 /// reaches and that have one; if it is blind, of all that have one.
 ///
-/// Neighbour by neighbour for all holes of a word at once: which holes take a neighbour is one mask. If `wide`, colours are added up for
+/// Neighbour by neighbour for all holes of some words at once: which holes take a neighbour are bits. If `wide`, colours are added up for
 /// sixteen pixels at a time, else for each hole; the bits are the same.
 #[inline(always)]
-pub(crate) fn fill<F: Floats>(
+pub(crate) fn fill<F: Floats, L: Lanes>(
     source: Source<'_>,
     wide: bool,
     rows: std::ops::Range<usize>,
     patches: &mut Patches,
 ) {
-    let picture = source.picture;
+    let (picture, words) = (source.picture, source.classes.words);
     for y in rows {
         let coloured = picture.coloured.row(y as isize).plane(0);
-        let words = 1..=source.classes.words;
-        for (word, coloured) in words.clone().zip(&coloured[words]) {
-            let mut holes = !coloured;
-            if word == source.classes.words {
-                holes &= !outside_of_last_word(picture.width);
+        let mut first = 1;
+        while first <= words {
+            // As many words at once as there are.
+            let lanes = first + L::WORDS <= words + 1;
+            let count = if lanes { L::WORDS } else { 1 };
+            let mut holes = [0; MOST_WORDS];
+            let mut any = 0;
+            for (i, holes) in holes[..count].iter_mut().enumerate() {
+                *holes = !coloured[first + i];
+                if first + i == words {
+                    *holes &= !outside_of_last_word(picture.width);
+                }
+                any |= *holes;
             }
-            if holes == 0 {
-                continue;
-            }
-            let takers = source.takers(word, y, holes);
-            let some = takers.iter().fold(0, |some, takers| some | takers);
-            if some == 0 {
-                continue;
-            }
-            let first = y * picture.stride + (word - 1) * 64;
-            // Neighbours of the first and the last rows may lie beyond the planes.
-            let reach = 2 * picture.stride + 2;
-            if !wide || first < reach || first + 64 + reach > picture.red.len() {
-                source.fill_each(first, &takers, some, patches);
-                continue;
-            }
-            for block in 0..64 / BLOCK {
-                let shift = block * BLOCK;
-                if some >> shift & 0xffff != 0 {
-                    source.fill_block::<F>(first + shift, &takers, shift, patches);
+            if any != 0 {
+                let mut takers = [[0; MOST_WORDS]; TAPS];
+                if lanes {
+                    source.takers::<L>(first, y, &holes, &mut takers);
+                } else {
+                    source.takers::<u64>(first, y, &holes, &mut takers);
+                }
+                for i in 0..count {
+                    let mut of_word = [0; TAPS];
+                    let mut some = 0;
+                    for (of_word, takers) in of_word.iter_mut().zip(&takers) {
+                        *of_word = takers[i];
+                        some |= takers[i];
+                    }
+                    if some != 0 {
+                        source.fill_word::<F>((first + i, y), &of_word, some, wide, patches);
+                    }
                 }
             }
+            first += count;
         }
     }
 }
@@ -84,30 +94,61 @@ const fn offset(tap: usize) -> (isize, isize) {
 }
 
 impl Source<'_> {
-    /// For each neighbour, which holes of a word take its colour.
+    /// For each neighbour, which holes of some words, from `first` on, take its colour.
     #[inline(always)]
-    fn takers(self, word: usize, y: usize, holes: u64) -> [u64; TAPS] {
+    fn takers<L: Lanes>(
+        self,
+        first: usize,
+        y: usize,
+        holes: &[u64; MOST_WORDS],
+        takers: &mut [[u64; MOST_WORDS]; TAPS],
+    ) {
         let row = y as isize;
+        let holes = L::load(holes, 0);
         let free = if self.blind {
-            u64::MAX
+            L::ones()
         } else {
-            self.classes.row(row).plane(COMPLEX)[word]
+            L::load(self.classes.row(row).plane(COMPLEX), first)
         };
-        let mut takers = [0; TAPS];
         for (tap, takers) in takers.iter_mut().enumerate() {
             // First those whose planes hold the pair, seen from the other end.
             let (dx, dy) = offset(tap);
             let reached = match tap.checked_sub(REACH_PLANES) {
-                Some(plane) => self.reach.row(row).plane(plane)[word],
+                Some(plane) => L::load(self.reach.row(row).plane(plane), first),
                 None => {
                     let pairs = self.reach.row(row + dy).plane(REACH_PLANES - 1 - tap);
-                    u64::load_beside(pairs, word, dx)
+                    L::load_beside(pairs, first, dx)
                 }
             };
-            let there = u64::load_beside(self.picture.coloured.row(row + dy).plane(0), word, dx);
-            *takers = holes & there & (reached | free);
+            let there = L::load_beside(self.picture.coloured.row(row + dy).plane(0), first, dx);
+            holes.and(there).and(reached.or(free)).store(takers, 0);
         }
-        takers
+    }
+
+    /// Fills `some` holes of a word, counted from the guard.
+    #[inline(always)]
+    fn fill_word<F: Floats>(
+        self,
+        (word, y): (usize, usize),
+        takers: &[u64; TAPS],
+        some: u64,
+        wide: bool,
+        patches: &mut Patches,
+    ) {
+        let picture = self.picture;
+        let first = y * picture.stride + (word - 1) * 64;
+        // Neighbours of the first and the last rows may lie beyond the planes.
+        let reach = 2 * picture.stride + 2;
+        if !wide || first < reach || first + 64 + reach > picture.red.len() {
+            self.fill_each(first, takers, some, patches);
+            return;
+        }
+        for block in 0..64 / BLOCK {
+            let shift = block * BLOCK;
+            if some >> shift & 0xffff != 0 {
+                self.fill_block::<F>(first + shift, takers, shift, patches);
+            }
+        }
     }
 
     /// Fills `some` holes of the word of pixels that begins at `first`, one taker at a time.

@@ -193,7 +193,7 @@ pub(crate) fn fill(
     patches: &mut Patches,
 ) {
     match level {
-        Level::Portable => fill::fill::<[f32; BLOCK]>(source, false, rows, patches),
+        Level::Portable => fill::fill::<[f32; BLOCK], u64>(source, false, rows, patches),
         #[cfg(target_arch = "x86_64")]
         wide => x86::fill(wide, source, true, rows, patches),
     }

@@ -96,7 +96,7 @@ by_level!(donate, donors::donate::<Avx2, Avx2>, donors::donate::<Avx512, Avx512>
     scratch: (&mut [u32], &mut AlikeRows)
 ));
 
-by_level!(fill, fill::fill::<[__m256; 2]>, fill::fill::<__m512>, (
+by_level!(fill, fill::fill::<[__m256; 2], avx2::Words>, fill::fill::<__m512, avx512::Words>, (
     source: fill::Source<'_>,
     wide: bool,
     rows: std::ops::Range<usize>,
