@@ -57,6 +57,7 @@ pub(crate) fn run(args: &WalkArgs, common: &Common) -> Result<(), Failure> {
         threads: usize::from(args.display_threads),
         shadows_apart: true,
         latency: u8::from(args.overlap),
+        calm_priority: calm_priority(args),
         ..FrameSettings::default()
     };
     let renderer = FrameRenderer::new(&scene, viewport, settings)
@@ -230,6 +231,15 @@ fn shader_of(
         }
     })?;
     Ok(Arc::new(shader))
+}
+
+/// With global illumination samples go evenly wherever points lack: noise of its records would pass for surprises, and where there are none yet, which is where
+/// pictures change most, a point costs many times as much. Errors are 6% larger for it, and a second brings a third more frames.
+fn calm_priority(args: &WalkArgs) -> f32 {
+    match args.shader {
+        WalkShader::Gi if args.shader_cmd.is_none() => 1.0,
+        _ => FrameSettings::default().calm_priority,
+    }
 }
 
 /// Settings of global illumination with so much memory (MiB), beside a display or not.
