@@ -8,7 +8,7 @@ use crate::run::{cargo, root, run as run_command};
 
 /// Frames of a walk.
 const FRAMES: u32 = 20_000;
-/// Growth of resident memory from one half to the other that counts as none (bytes): pages that the allocator holds for
+/// Growth that counts as none where all that is kept is soon there (bytes): pages that the allocator holds for
 /// several threads, and lists that see a greater length once more.
 const FLAT: u64 = 2 << 20;
 /// A walk that uses no processor time for so long is stuck.
@@ -20,26 +20,42 @@ const LOOK: Duration = Duration::from_millis(100);
 struct Endurance {
     name: &'static str,
     arguments: &'static [&'static str],
+    /// Growth of resident memory from one half to the other that counts as none (bytes).
+    flat: u64,
 }
 
-const WALKS: [Endurance; 4] = [
+/// What the walks with global illumination allow its records, which fill up to that (MiB).
+const RECORDS: &str = "4";
+const RECORD_BYTES: u64 = 4 << 20;
+
+const WALKS: [Endurance; 5] = [
     Endurance {
         name: "chains, direct, live",
         arguments: &["demo:chains", "--live"],
+        flat: FLAT,
     },
     Endurance {
         name: "chains, direct, lockstep",
         arguments: &["demo:chains"],
+        flat: FLAT,
     },
     Endurance {
         // Points enough for all shadows to be met in the first half, whose edges are kept.
         name: "rooms, direct, live",
         arguments: &["demo:rooms", "--live"],
+        flat: FLAT,
     },
     Endurance {
         // Few objects, whose shadows are soon known, and so little memory that it is soon full.
         name: "chains, gi, live",
-        arguments: &["demo:chains", "--live", "--shader", "gi", "--gi-memory", "4"],
+        arguments: &["demo:chains", "--live", "--shader", "gi", "--gi-memory", RECORDS],
+        flat: FLAT,
+    },
+    Endurance {
+        // Records and shadows are still being found in the second half.
+        name: "rooms, gi, live",
+        arguments: &["demo:rooms", "--live", "--shader", "gi", "--gi-memory", RECORDS],
+        flat: FLAT + RECORD_BYTES,
     },
 ];
 
@@ -72,7 +88,11 @@ pub(crate) fn run(args: &[String]) -> Result<(), String> {
 
 /// One walk. Returns whether its memory grew more than it may.
 fn soak(walk: &Endurance, frames: u32) -> Result<bool, String> {
-    let Endurance { name, arguments } = *walk;
+    let Endurance {
+        name,
+        arguments,
+        flat,
+    } = *walk;
     let mut command = Command::new(root().join("target/release/llsr"));
     // No report: it would hold a line for each frame, and the walk's own memory is the question.
     command
@@ -98,7 +118,7 @@ fn soak(walk: &Endurance, frames: u32) -> Result<bool, String> {
     );
     let half = samples.len() / 2;
     let most = |part: &[u64]| part.iter().copied().max().unwrap_or(0);
-    Ok(most(&samples[half..]) > most(&samples[..half]) + FLAT)
+    Ok(most(&samples[half..]) > most(&samples[..half]) + flat)
 }
 
 /// Waits for the end. Returns resident memory (bytes) in the order of time.
