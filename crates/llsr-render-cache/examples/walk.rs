@@ -110,7 +110,8 @@ fn main() -> Result<(), Error> {
         prediction.choose(AHEAD, phase, &mut ahead);
         if frame % 20 == 19 {
             let Counts { occupied, hidden } = image.counts();
-            let red = image.colour_plane().iter().filter(|&&c| c == red.coarse).count();
+            let points = image.region_plane().iter().zip(image.colour_plane());
+            let red = points.filter(|&(&r, &c)| r != 0 && c == red.coarse).count();
             let share = 100.0 * occupied as f32 / (WIDTH * HEIGHT) as f32;
             let missing = 100.0 * prediction.uncovered();
             println!(

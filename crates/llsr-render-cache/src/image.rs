@@ -294,7 +294,7 @@ impl PointImage {
         &self.planes.depth
     }
 
-    /// For each pixel the high bits of the colour of its point (see [`PackedColour`](crate::PackedColour)); 0 without a point.
+    /// For each pixel with a point the high bits of its colour (see [`PackedColour`](crate::PackedColour)); elsewhere anything.
     pub fn colour_plane(&self) -> &[u32] {
         &self.planes.colour
     }
@@ -304,7 +304,7 @@ impl PointImage {
         &self.planes.surface
     }
 
-    /// The low bits of the same colours.
+    /// The low bits of the same colours; elsewhere anything.
     pub fn fine_plane(&self) -> &[u16] {
         &self.planes.fine
     }
@@ -346,8 +346,6 @@ impl PointImage {
         planes.region[i] = 0;
         planes.age[i] = 0;
         planes.depth[i] = f32::INFINITY;
-        planes.colour[i] = 0;
-        planes.fine[i] = 0;
         self.keys[i] = NO_KEY;
         let rows = (height as usize).div_ceil(self.counts.len().max(1));
         if let Some(counts) = self.counts.get_mut(y as usize / rows.max(1)) {
@@ -536,8 +534,6 @@ impl FinishBand<'_> {
             let out_fine = &mut self.fine[at.clone()][..width];
             let out_surface = &mut self.surface[at.clone()][..width];
             let out_age = &mut self.age[at][..width];
-            out_colour.fill(0);
-            out_fine.fill(0);
             out_age.fill(0);
             // Colours and ages lie all over the store: they are fetched for pixels that show a point, and for no others.
             let columns = &mut scratch.shown[..width];

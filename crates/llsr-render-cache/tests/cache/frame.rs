@@ -165,8 +165,13 @@ fn value_stability() {
         frames.step(0.01 * i as f32, 60, 1.0 + 0.1 * (i / 10) as f32);
         frames.image.depth_plane().iter().for_each(|d| add(d.to_bits()));
         frames.image.slot_plane().iter().for_each(|s| add(*s));
-        frames.image.colour_plane().iter().for_each(|c| add(*c));
-        frames.image.fine_plane().iter().for_each(|c| add(u32::from(*c)));
+        // Without a point colours are anything.
+        let regions = frames.image.region_plane();
+        let there = |(region, colour): (&u8, u32)| if *region == 0 { 0 } else { colour };
+        let colours = frames.image.colour_plane().iter().copied();
+        regions.iter().zip(colours).map(there).for_each(&mut add);
+        let fine = frames.image.fine_plane().iter().map(|c| u32::from(*c));
+        regions.iter().zip(fine).map(there).for_each(&mut add);
         frames
             .image
             .region_plane()

@@ -70,8 +70,8 @@ fn check(image: &PointImage, store: &PointStore, expected: &Expected) {
                 .flatten()
             {
                 None => assert_eq!(
-                    (found, depth),
-                    ((0, NO_SLOT, PackedColour::default(), 0), f32::INFINITY),
+                    (found.0, found.1, found.3, depth),
+                    (0, NO_SLOT, 0, f32::INFINITY),
                     "({x}, {y}) is empty"
                 ),
                 Some((region, expected_depth, slot)) => {
