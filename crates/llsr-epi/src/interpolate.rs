@@ -102,12 +102,22 @@ pub(crate) trait Blocks {
     ///
     /// # Panics
     /// If one of them is not there.
-    fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]);
+    #[inline(always)]
+    fn take(mut bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
+        while bits != 0 {
+            let i = bits.trailing_zeros() as usize;
+            out[i] = values[(from + i as isize) as usize];
+            bits &= bits - 1;
+        }
+    }
     /// Is `values[from + i]` equal to `value` for each bit i that is set?
     ///
     /// # Panics
     /// If one of them is not there.
-    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool;
+    #[inline(always)]
+    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool {
+        all_of(bits, values, from, value)
+    }
 }
 
 /// Words of a block, and the colours in `colours` and `cache` (see [`Pixels`]).
@@ -463,29 +473,9 @@ pub(crate) fn sample_mask(source: Source<'_>, at: usize, y: usize, tap: u8) -> u
 #[derive(Debug)]
 pub(crate) struct Portable;
 
-/// [`Blocks::take`], bit by bit.
-#[inline(always)]
-pub(crate) fn take_each(mut bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
-    while bits != 0 {
-        let i = bits.trailing_zeros() as usize;
-        out[i] = values[(from + i as isize) as usize];
-        bits &= bits - 1;
-    }
-}
-
 impl Blocks for Portable {
     type Sums = [[f32; BLOCK]; CHANNELS];
     type Floats = [f32; BLOCK];
-
-    #[inline(always)]
-    fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
-        take_each(bits, values, from, out);
-    }
-
-    #[inline(always)]
-    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool {
-        all_of(bits, values, from, value)
-    }
 
     #[inline(always)]
     fn unpack((words, colours, cache): PackedBlock<'_>, row: &mut TileRow, at: usize) {

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::hilbert::TILE;
 use crate::image::{OCCUPIED, PointImage};
-use crate::view::MAX_SIDE;
+use crate::view::check_size;
 
 /// How age turns into priority, in pixels that have a usable point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,11 +72,9 @@ impl Priorities {
     /// All priorities 0, for a picture of `width` x `height` pixels.
     ///
     /// # Errors
-    /// [`Error::Size`] if a side is 0 or above [`MAX_SIDE`].
+    /// [`Error::Size`] if a side is 0 or above [`MAX_SIDE`](crate::MAX_SIDE).
     pub fn new(width: u32, height: u32) -> Result<Self, Error> {
-        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-            return Err(Error::Size { width, height });
-        }
+        check_size(width, height)?;
         let (width, height) = (width as usize, height as usize);
         let stride = width.next_multiple_of(64);
         let pixels = stride * height.next_multiple_of(TILE);

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use crate::Error;
 use crate::priority::Priorities;
-use crate::view::{MAX_SIDE, View};
+use crate::view::{View, check_size};
 
 /// Pixels along the side of a cell.
 const CELL: usize = 4;
@@ -62,11 +62,9 @@ impl Surprises {
     /// None yet, for pictures of `width` x `height` pixels; at most `capacity` are remembered at a time. All memory is allocated here.
     ///
     /// # Errors
-    /// [`Error::Size`] if a side is 0 or above [`MAX_SIDE`].
+    /// [`Error::Size`] if a side is 0 or above [`MAX_SIDE`](crate::MAX_SIDE).
     pub fn new(width: u32, height: u32, capacity: usize) -> Result<Self, Error> {
-        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-            return Err(Error::Size { width, height });
-        }
+        check_size(width, height)?;
         let columns = (width as usize).div_ceil(CELL);
         let cells = columns * (height as usize).div_ceil(CELL);
         Ok(Self {

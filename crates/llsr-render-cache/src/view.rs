@@ -20,6 +20,15 @@ pub struct View {
     pub(crate) height: u32,
 }
 
+/// The error of a size that no picture can have.
+pub(crate) fn check_size(width: u32, height: u32) -> Result<(), Error> {
+    if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
+        Ok(())
+    } else {
+        Err(Error::Size { width, height })
+    }
+}
+
 /// Where a point falls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
@@ -44,9 +53,7 @@ impl View {
     /// # Errors
     /// [`Error::Size`] if a side is 0 or above [`MAX_SIDE`].
     pub fn new(view_projection: &Mat4, width: u32, height: u32) -> Result<Self, Error> {
-        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-            return Err(Error::Size { width, height });
-        }
+        check_size(width, height)?;
         let (x, y, w) = (
             view_projection.row(0),
             view_projection.row(1),

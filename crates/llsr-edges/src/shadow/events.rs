@@ -52,19 +52,23 @@ pub(super) struct Event {
 }
 
 impl Event {
-    /// A VE event in whose plane all of the light lies.
+    /// The edge of a VE event in whose plane all of the light lies.
+    fn flat_edge(&self) -> Option<u32> {
+        match self.source {
+            ShadowSource::Edge { edge, .. } if self.kinds == Kinds::BOTH => Some(edge),
+            _ => None,
+        }
+    }
+
+    /// Is it such an event?
     pub(super) fn is_flat(&self) -> bool {
-        self.kinds == Kinds::BOTH && matches!(self.source, ShadowSource::Edge { .. })
+        self.flat_edge().is_some()
     }
 }
 
 /// Both are flat events of the same edge.
 pub(super) fn in_one_plane(a: &Event, b: &Event) -> bool {
-    let edge = |event: &Event| match event.source {
-        ShadowSource::Edge { edge, .. } if event.is_flat() => Some(edge),
-        _ => None,
-    };
-    edge(a).is_some() && edge(a) == edge(b)
+    a.is_flat() && a.flat_edge() == b.flat_edge()
 }
 
 /// Where on a line, between its ends, an event begins that contains it.
@@ -208,13 +212,9 @@ pub(super) fn find_events(
 
 /// Puts the flat events behind the others, those of one edge together, where the first of them was.
 fn gather_flat(events: &mut [Event]) {
-    let edge = |event: &Event| match event.source {
-        ShadowSource::Edge { edge, .. } if event.is_flat() => Some(edge),
-        _ => None,
-    };
     let mut first: Vec<(u32, u32)> = (0u32..)
         .zip(&*events)
-        .filter_map(|(place, event)| Some((edge(event)?, place)))
+        .filter_map(|(place, event)| Some((event.flat_edge()?, place)))
         .collect();
     if first.is_empty() {
         return;
@@ -226,7 +226,7 @@ fn gather_flat(events: &mut [Event]) {
             .binary_search_by_key(&edge, |&(edge, _)| edge)
             .map(|at| first[at].1)
     };
-    events.sort_by_cached_key(|event| edge(event).and_then(|edge| place(edge).ok()));
+    events.sort_by_cached_key(|event| event.flat_edge().and_then(|edge| place(edge).ok()));
 }
 
 /// Puts events of one corner of the light in an order in which those that follow each other lie near each other as the

@@ -13,11 +13,9 @@ use crate::classify::Masks;
 use crate::code::EdgeCode;
 use crate::colour::FINE;
 use crate::complex::{self, BLOCKS, Cells, LANES, Reached, Sums, WEIGHTS};
-use crate::donors::all_of;
 use crate::fit::Floats;
 use crate::interpolate::{
     BLOCK, Blocks, CHANNELS, Output, PackedBlock, ROW, TAP_GROUPS, TapMasks, TileRow, group_weights,
-    take_each,
 };
 use crate::kernel::Kernel;
 use crate::lanes::Lanes;
@@ -381,16 +379,6 @@ fn weigh(sums: &mut [__m256; CHANNELS], weight: f32, parts: [__m256; CHANNELS]) 
 impl Blocks for Avx2 {
     type Sums = [[__m256; 2]; CHANNELS];
     type Floats = [__m256; 2];
-
-    #[inline(always)]
-    fn take(bits: u64, values: &[u32], from: isize, out: &mut [u32; 64]) {
-        take_each(bits, values, from, out);
-    }
-
-    #[inline(always)]
-    fn all_are(bits: u64, values: &[u32], from: usize, value: u32) -> bool {
-        all_of(bits, values, from, value)
-    }
 
     #[inline(always)]
     fn unpack((words, colours, cache): PackedBlock<'_>, row: &mut TileRow, at: usize) {
